@@ -1,0 +1,224 @@
+#pragma once
+
+// The scene: plain data in the manner of Yocto/GL, so that a file that Yocto/GL
+// reads has the same meaning here. Elements refer to each other by index;
+// invalid_id means none. Nothing here needs a renderer, an image library or a
+// ray tracer. All lengths are in scene units, angles in radians unless a
+// field says otherwise, colours linear Rec. 709. Y is up by convention.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "wisp/core/error.h"
+#include "wisp/core/export.h"
+#include "wisp/core/math.h"
+
+namespace wisp {
+
+inline constexpr int invalid_id = -1;
+
+// A camera looks along -z of its frame; x is right and y is up in the image.
+struct camera_data {
+  std::string name = "";
+  frame3 frame = identity_frame;
+  bool orthographic = false;
+  float lens = 0.050f;     // focal length; the field of view is 2 atan(film / (2 lens))
+  float film = 0.036f;     // the larger side of the film
+  float aspect = 1.500f;   // width / height
+  float focus = 10000.0f;  // distance of the plane in focus
+  float aperture = 0;      // diameter of the lens; 0 is a pinhole
+};
+
+// A texture names its file; pixels are loaded only when something that is
+// rendered refers to it (wisp::render, load_textures). Pixels are stored row by
+// row, the top row first. Texture coordinate (0, 0) is the top left corner, and
+// pixel centres lie at half-integers.
+struct texture_data {
+  std::string name = "";
+  std::filesystem::path path = "";  // absolute, or relative to the working directory
+  bool nearest = false;             // no interpolation
+  bool clamp_s = false;             // clamp instead of repeat
+  bool clamp_t = false;
+  // Encoded image file held in memory (images embedded in .glb and data URIs);
+  // used instead of `path` when not empty.
+  std::vector<uint8_t> encoded = {};
+
+  // Filled by load_textures. Of the two arrays one is used: `pixelsf` for
+  // files with floating-point samples (linear), `pixelsb` for the others (sRGB
+  // encoded; whether they are decoded is decided by what reads them: colours
+  // are, normals, roughness and displacement are not).
+  int width = 0;
+  int height = 0;
+  std::vector<vec4> pixelsf = {};
+  std::vector<u8vec4> pixelsb = {};
+};
+
+// Types as in Yocto/GL, and hair.
+enum struct material_type {
+  matte,
+  glossy,
+  reflective,
+  transparent,
+  refractive,
+  subsurface,
+  volumetric,
+  gltfpbr,
+  hair
+};
+
+// Whose melanin absorption a concentration means (wisp::hair, absorption.h).
+enum struct hair_pigment { pbrt, cycles, materialx };
+
+// Parameters of a hair material. The absorption is the first that is given of
+// sigma_a, color, melanin; with none, eumelanin 1.3.
+struct hair_data {
+  std::optional<vec3> sigma_a = {};  // per unit fibre radius, >= 0
+  std::optional<vec3> color = {};    // wanted colour of a thick mass of hair, in [0, 1]
+  float eumelanin = 1.3f;            // concentrations, >= 0
+  float pheomelanin = 0;
+  hair_pigment pigment = hair_pigment::pbrt;
+  float eta = 1.55f;    // index of refraction
+  float beta_m = 0.3f;  // longitudinal roughness, [0, 1]
+  float beta_n = 0.3f;  // azimuthal roughness, [0, 1]
+  float alpha = 2;      // tilt of the scales, degrees
+};
+
+struct material_data {
+  std::string name = "";
+  material_type type = material_type::matte;
+  vec3 emission = {0, 0, 0};  // radiance
+  vec3 color = {0, 0, 0};
+  float roughness = 0;  // squared before use, as in Yocto/GL
+  float metallic = 0;
+  float ior = 1.5f;
+  vec3 scattering = {0, 0, 0};  // single-scattering albedo of the interior
+  float scanisotropy = 0;       // Henyey-Greenstein g, (-1, 1)
+  float trdepth = 0.01f;        // distance at which the interior transmits `color`
+  float opacity = 1;
+  hair_data hair = {};
+
+  int emission_tex = invalid_id;
+  int color_tex = invalid_id;      // alpha multiplies opacity
+  int roughness_tex = invalid_id;  // green: roughness, blue: metallic, as in glTF
+  int scattering_tex = invalid_id;
+  int normal_tex = invalid_id;     // tangent space, green up as in glTF and Yocto/GL
+};
+
+enum struct curve_basis { linear, bezier, bspline, catmull_rom };
+
+// How a strand is seen: a ribbon that turns to face each ray, or a tube.
+enum struct curve_profile { flat, round };
+
+// A shape holds faces, points and strands over one set of vertices.
+//
+// Strand k uses the vertices strands[k] <= i < strands[k + 1] in order; `strands`
+// is empty or ends with the number of vertices that strands use. `basis` says
+// what the vertices are: points on the curve (linear), cubic Bezier control
+// points (3 n + 1 of them, shared ends), or control points of uniform cubic
+// B-splines or Catmull-Rom splines (n + 3; the curve runs from near the second
+// to near the last but one).
+struct shape_data {
+  std::string name = "";
+
+  std::vector<int> points = {};
+  std::vector<ivec3> triangles = {};
+  std::vector<ivec4> quads = {};  // a quad with z == w is the triangle x y z
+  std::vector<uint32_t> strands = {};
+  curve_basis basis = curve_basis::linear;
+  curve_profile profile = curve_profile::flat;
+
+  // One entry for each vertex, or none.
+  std::vector<vec3> positions = {};
+  std::vector<vec3> normals = {};
+  std::vector<vec2> texcoords = {};
+  std::vector<vec4> colors = {};  // linear
+  std::vector<float> radius = {};
+  std::vector<vec4> tangents = {};  // xyz, and w = the sign of the bitangent
+};
+
+inline std::size_t strand_count(const shape_data& s) {
+  return s.strands.empty() ? 0 : s.strands.size() - 1;
+}
+// Number of curve pieces of a strand with `points` vertices; 0 when the count
+// does not fit the basis.
+inline uint32_t segment_count(curve_basis basis, uint32_t points) {
+  switch (basis) {
+    case curve_basis::linear: return points >= 2 ? points - 1 : 0;
+    case curve_basis::bezier: return points >= 4 && points % 3 == 1 ? (points - 1) / 3 : 0;
+    default: return points >= 4 ? points - 3 : 0;
+  }
+}
+
+// A subdivision surface, refined at load into the shape it names.
+struct subdiv_data {
+  std::string name = "";
+  std::vector<ivec4> quadspos = {};
+  std::vector<ivec4> quadsnorm = {};
+  std::vector<ivec4> quadstexcoord = {};
+  std::vector<vec3> positions = {};
+  std::vector<vec3> normals = {};
+  std::vector<vec2> texcoords = {};
+  int subdivisions = 0;
+  bool catmullclark = true;
+  bool smooth = true;
+  float displacement = 0;
+  int displacement_tex = invalid_id;
+  int shape = invalid_id;
+};
+
+struct instance_data {
+  std::string name = "";
+  frame3 frame = identity_frame;
+  int shape = invalid_id;
+  int material = invalid_id;
+};
+
+// A distant sphere of radiance `emission` times the lat-long texture, whose
+// top row is +y of the frame.
+struct environment_data {
+  std::string name = "";
+  frame3 frame = identity_frame;
+  vec3 emission = {0, 0, 0};
+  int emission_tex = invalid_id;
+};
+
+enum struct light_type { point, spot, directional };
+
+// Lights without extent (glTF KHR_lights_punctual). They shine along -z of
+// their frame; a point light shines everywhere.
+struct light_data {
+  std::string name = "";
+  frame3 frame = identity_frame;
+  light_type type = light_type::point;
+  vec3 intensity = {1, 1, 1};  // radiant intensity (point, spot) or irradiance (directional)
+  float range = infinity;      // no light beyond it
+  float inner_cone = 0;        // spot: half angles
+  float outer_cone = pi / 4;
+};
+
+struct scene_data {
+  std::filesystem::path path = "";  // the file it came from
+  std::string copyright = "";
+
+  std::vector<camera_data> cameras = {};
+  std::vector<texture_data> textures = {};
+  std::vector<material_data> materials = {};
+  std::vector<shape_data> shapes = {};
+  std::vector<subdiv_data> subdivs = {};
+  std::vector<instance_data> instances = {};
+  std::vector<environment_data> environments = {};
+  std::vector<light_data> lights = {};
+};
+
+// The smallest box that holds all instances, {min, max}; min > max when there
+// is nothing. Only finite vertices count.
+WISP_API std::array<vec3, 2> scene_bounds(const scene_data& scene);
+
+// A camera that sees all of the scene from the front, at 35 degrees.
+WISP_API camera_data default_camera(const scene_data& scene);
+
+}  // namespace wisp

@@ -1,0 +1,103 @@
+#pragma once
+
+// The parts of the reader of JSON scenes, docs/scene-format.md. Each reads one
+// group of the file; json_scene.cpp puts them together.
+
+#include <deque>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "json_reader.h"
+#include "wisp/scene/groom.h"
+#include "wisp/scene/scene.h"
+
+namespace wisp {
+
+struct json_element {
+  const json_tree* tree = nullptr;
+  std::string place = "";  // "materials[3]"
+  std::string name = "";
+};
+
+// A group such as "materials": an array of objects, or (version 4.1) an object
+// of objects by name.
+struct json_group {
+  std::string key = "";
+  std::vector<json_element> elements = {};
+  std::unordered_map<std::string, int> by_name = {};  // the first of each name
+};
+
+struct json_scene_file {
+  json_context& context;
+  std::filesystem::path folder;
+  json_group cameras, textures, materials, shapes, subdivs, instances, environments, lights;
+  std::vector<std::string> solids = {};  // names only
+};
+
+// The index of an element of a group, given by number or by name; -1 and ""
+// mean none. False when the key is absent.
+bool get_reference(json_object& object, const char* key, const json_group& group, int& value);
+
+// The path that "uri" gives, relative to the scene's folder, or "datafile",
+// relative to `subfolder` in it; empty when there is neither.
+std::filesystem::path get_path(json_object& object, const json_scene_file& file,
+                               const char* subfolder);
+
+// "frame" or "lookat". Returns false when both are absent; *distance becomes
+// that from eye to centre of a lookat.
+bool get_frame(json_object& object, frame3& frame, std::optional<float>* distance = nullptr);
+// True when the axes of a frame span space, so that it can be inverted.
+bool is_invertible(const frame3& frame);
+
+std::vector<camera_data> read_cameras(const json_scene_file& file);
+std::vector<texture_data> read_textures(const json_scene_file& file);
+std::vector<environment_data> read_environments(const json_scene_file& file);
+std::vector<light_data> read_lights(const json_scene_file& file);
+std::vector<material_data> read_materials(const json_scene_file& file);
+
+struct json_instance {
+  instance_data instance = {};
+  std::string place = "";
+};
+std::vector<json_instance> read_instances(const json_scene_file& file);
+
+struct json_subdiv {
+  subdiv_data subdiv = {};  // without its mesh
+  std::filesystem::path path = "";
+  std::string place = "";
+};
+std::vector<json_subdiv> read_subdivs(const json_scene_file& file);
+
+// What the file says about a shape, before anything is loaded.
+struct json_shape {
+  std::string name = "";
+  std::string place = "";
+  std::filesystem::path path = "";
+  std::optional<curve_basis> basis = {};
+  std::optional<curve_profile> profile = {};
+  std::optional<vec2> radius = {};
+  std::optional<groom_params> groom = {};
+  int groom_on = invalid_id;
+};
+std::vector<json_shape> read_shapes(const json_scene_file& file);
+
+// Loads and grows the shapes that `instances` need and the meshes of the
+// subdivs that refine them; the other shapes stay empty but for their names.
+void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sources,
+                 const std::vector<json_subdiv>& subdivs, scene_data& scene,
+                 warning_list& warnings);
+
+// Turns points on curves into control points of `basis` that give curves from
+// the first to the last point: B-splines and Catmull-Rom splines get a phantom
+// point at each end. Throws file_error at `place` when a strand cannot be read
+// so (Bezier curves need 3 n + 1 points).
+void apply_basis(const json_context& context, const std::string& place, curve_basis basis,
+                 shape_data& shape);
+// Sets radii from root to tip, linear in the curve's parameter; points get the
+// first.
+void apply_radius(const vec2& radius, shape_data& shape);
+
+}  // namespace wisp
