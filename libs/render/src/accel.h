@@ -1,0 +1,87 @@
+#pragma once
+
+// Rays against the scene. The only user of Embree is embree.cpp behind this.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "wisp/core/math.h"
+#include "wisp/render/report.h"
+#include "wisp/scene/scene.h"
+
+namespace wisp {
+
+struct ray3 {
+  vec3 o = {0, 0, 0};
+  vec3 d = {0, 0, 1};
+  float tmin = 0;
+  float tmax = infinity;
+};
+
+enum struct element_kind : uint32_t { triangle = 0, quad = 1, strand = 2, point = 3 };
+
+struct ray_hit {
+  int instance = invalid_id;
+  element_kind kind = element_kind::triangle;
+  uint32_t element = 0;  // triangle, quad, point, or curve segment
+  vec2 uv = {0, 0};      // as in Embree; for strands u is along the segment
+  float t = infinity;
+  vec3 ng = {0, 0, 0};  // Embree's geometric normal in world space, not normalised
+};
+
+// The strands of a shape as the ray tracer wants them: also what shading reads.
+struct curve_geometry {
+  curve_basis basis = curve_basis::linear;
+  curve_profile profile = curve_profile::flat;
+  std::vector<vec4> vertices = {};      // xyz, radius
+  std::vector<uint32_t> segments = {};  // first vertex of each segment
+  // First vertex of each strand, and vertex colours; only where they are shaded.
+  std::vector<uint32_t> strands = {};
+  std::vector<vec4> colors = {};
+};
+
+// Ribbons of every basis become chains of straight pieces, as many as keep them
+// within a fifth of the radius of the curve: rays meet these faster, and with
+// the exact offset from the axis. Tubes keep their basis. Takes positions and
+// radii out of a shape that is all strands.
+curve_geometry take_curves(shape_data& shape);
+
+// Position, derivative and radius of a curve segment at u in [0, 1], in double.
+struct curve_point {
+  dvec3 position;
+  dvec3 derivative;
+  double radius;
+};
+curve_point eval_curve(const curve_geometry& curves, uint32_t segment, double u);
+// The direction of the strand for shading: as the derivative, but without the
+// corners of straight pieces.
+dvec3 smooth_tangent(const curve_geometry& curves, uint32_t segment, double u);
+
+class ray_accel {
+ public:
+  // Takes positions and radii of pure strand shapes out of the scene.
+  ray_accel(scene_data& scene, int threads, bool compact, std::vector<part_report>& parts);
+  ~ray_accel();
+  ray_accel(const ray_accel&) = delete;
+  ray_accel& operator=(const ray_accel&) = delete;
+
+  bool intersect(const ray3& ray, ray_hit& hit) const;
+  bool occluded(const ray3& ray) const;
+
+  // One for each shape; without segments for shapes without strands.
+  const curve_geometry& curves(int shape) const;
+
+ private:
+  struct impl;
+  std::unique_ptr<impl> impl_;
+};
+
+// Which kinds of elements the instances of a scene show.
+struct element_use {
+  std::size_t triangles = 0, quads = 0, strands = 0, points = 0;  // unique, not per instance
+  std::size_t instanced = 0;  // instances that share their shape with another
+};
+element_use count_elements(const scene_data& scene);
+
+}  // namespace wisp

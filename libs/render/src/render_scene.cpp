@@ -1,0 +1,248 @@
+#include "wisp/render/render_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+#include "accel.h"
+#include "lights.h"
+#include "surface.h"
+#include "wisp/render/image.h"
+#include "wisp/render/tesselate.h"
+
+namespace wisp {
+
+render_scene::render_scene() = default;
+render_scene::~render_scene() = default;
+render_scene::render_scene(render_scene&&) noexcept = default;
+render_scene& render_scene::operator=(render_scene&&) noexcept = default;
+
+namespace {
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+void check_indices(const scene_data& scene) {
+  auto fail = [](const std::string& what) { throw std::invalid_argument(what); };
+  auto check = [&](int index, std::size_t count, const char* owner, std::size_t i,
+                   const char* what) {
+    if (index < 0 || at(index) >= count)
+      fail(fmt::format("{} {} refers to {} {}, but there are {}", owner, i, what, index, count));
+  };
+  auto check_texture = [&](int index, const char* owner, std::size_t i) {
+    if (index != invalid_id) check(index, scene.textures.size(), owner, i, "texture");
+  };
+  for (std::size_t i = 0; i < scene.instances.size(); i++) {
+    check(scene.instances[i].shape, scene.shapes.size(), "instance", i, "shape");
+    check(scene.instances[i].material, scene.materials.size(), "instance", i, "material");
+  }
+  for (std::size_t i = 0; i < scene.materials.size(); i++) {
+    const auto& m = scene.materials[i];
+    for (int t : {m.emission_tex, m.color_tex, m.roughness_tex, m.scattering_tex, m.normal_tex})
+      check_texture(t, "material", i);
+  }
+  for (std::size_t i = 0; i < scene.environments.size(); i++)
+    check_texture(scene.environments[i].emission_tex, "environment", i);
+  for (std::size_t i = 0; i < scene.subdivs.size(); i++) {
+    check_texture(scene.subdivs[i].displacement_tex, "subdiv", i);
+    check(scene.subdivs[i].shape, scene.shapes.size(), "subdiv", i, "shape");
+  }
+}
+
+std::vector<bool> displacement_textures(const scene_data& scene) {
+  std::vector<bool> used(scene.textures.size(), false);
+  for (const auto& subdiv : scene.subdivs)
+    if (subdiv.displacement_tex != invalid_id && subdiv.displacement != 0)
+      used[at(subdiv.displacement_tex)] = true;
+  return used;
+}
+
+// Textures that something that is seen or shines refers to.
+std::vector<bool> shading_textures(const scene_data& scene) {
+  std::vector<bool> used(scene.textures.size(), false);
+  auto mark = [&](int t) {
+    if (t != invalid_id) used[at(t)] = true;
+  };
+  for (const auto& instance : scene.instances) {
+    const auto& m = scene.materials[at(instance.material)];
+    if (m.emission != vec3{0, 0, 0}) mark(m.emission_tex);
+    mark(m.color_tex);
+    if (m.type == material_type::hair) continue;
+    mark(m.roughness_tex);
+    mark(m.scattering_tex);
+    mark(m.normal_tex);
+  }
+  for (const auto& environment : scene.environments)
+    if (environment.emission != vec3{0, 0, 0}) mark(environment.emission_tex);
+  return used;
+}
+
+part_report texture_part(const scene_data& scene, const std::vector<bool>& used) {
+  auto count = std::count(used.begin(), used.end(), true);
+  part_report part{"textures", count > 0, "", 0, 0};
+  if (count > 0)
+    part.why = fmt::format("{} of {} are used", count, scene.textures.size());
+  else
+    part.why = scene.textures.empty() ? "no textures in the scene" : "no texture is used";
+  return part;
+}
+
+part_report hair_part(const scene_data& scene) {
+  auto count = std::count_if(scene.materials.begin(), scene.materials.end(),
+                             [](const auto& m) { return m.type == material_type::hair; });
+  return {"hair lobes", count > 0,
+          count > 0 ? fmt::format("{} hair materials", count) : "no hair material", 0, 0};
+}
+
+part_report subdiv_part(const scene_data& scene) {
+  return {"subdivision", !scene.subdivs.empty(),
+          scene.subdivs.empty() ? "no subdivs in the scene"
+                                : fmt::format("{} subdivs", scene.subdivs.size()),
+          0, 0};
+}
+
+// A shape that is used once is moved to where its instance puts it, so that rays
+// need no transform.
+void bake_single_instances(scene_data& scene) {
+  std::vector<int> uses(scene.shapes.size(), 0);
+  for (const auto& instance : scene.instances) uses[at(instance.shape)]++;
+  for (auto& instance : scene.instances) {
+    if (uses[at(instance.shape)] != 1 || instance.frame == identity_frame) continue;
+    auto& shape = scene.shapes[at(instance.shape)];
+    const frame3& f = instance.frame;
+    float det = glm::determinant(rotation(f));
+    for (auto& p : shape.positions) p = transform_point(f, p);
+    for (auto& n : shape.normals) n = transform_normal(f, n);
+    for (auto& t : shape.tangents) t = vec4(normalize_or_zero(transform_vector(f, vec3(t))), t.w);
+    float scale = std::cbrt(std::abs(det));
+    for (auto& r : shape.radius) r *= scale;
+    if (det < 0) {  // keep the outside outside
+      for (auto& t : shape.triangles) std::swap(t.y, t.z);
+      for (auto& q : shape.quads)
+        q = q.z == q.w ? ivec4{q.x, q.z, q.y, q.y} : ivec4{q.x, q.w, q.z, q.y};
+    }
+    instance.frame = identity_frame;
+  }
+}
+
+bool texture_has_holes(const texture_data& t) {
+  return std::any_of(t.pixelsb.begin(), t.pixelsb.end(),
+                     [](const u8vec4& p) { return p.w < 255; }) ||
+         std::any_of(t.pixelsf.begin(), t.pixelsf.end(), [](const vec4& p) { return p.w < 1; });
+}
+
+bool has_transparency(const scene_data& scene) {
+  for (const auto& instance : scene.instances) {
+    const auto& m = scene.materials[at(instance.material)];
+    if (m.opacity < 1) return true;
+    if (m.color_tex != invalid_id && texture_has_holes(scene.textures[at(m.color_tex)]))
+      return true;
+    const auto& colors = scene.shapes[at(instance.shape)].colors;
+    if (std::any_of(colors.begin(), colors.end(), [](const vec4& c) { return c.w < 1; }))
+      return true;
+  }
+  return false;
+}
+
+bool is_empty(const shape_data& s) {
+  return s.points.empty() && s.triangles.empty() && s.quads.empty() && strand_count(s) == 0;
+}
+
+}  // namespace
+
+std::vector<part_report> plan_parts(const scene_data& scene) {
+  check_indices(scene);
+  std::vector<part_report> parts;
+  parts.push_back(subdiv_part(scene));
+  auto used = shading_textures(scene);
+  auto displaced = displacement_textures(scene);
+  for (std::size_t i = 0; i < used.size(); i++) used[i] = used[i] || displaced[i];
+  parts.push_back(texture_part(scene, used));
+  parts.push_back(hair_part(scene));
+  element_use elements = count_elements(scene);
+  for (const auto& subdiv : scene.subdivs)
+    elements.quads += subdiv.quadspos.size() << (2 * std::clamp(subdiv.subdivisions, 0, 12));
+  auto rays = [&](const char* name, const char* thing, std::size_t count) {
+    parts.push_back(
+        {name, count > 0,
+         count > 0 ? fmt::format("{} {}", count, thing) : fmt::format("no {} in the scene", thing),
+         0, 0});
+  };
+  rays("triangle rays", "triangles", elements.triangles);
+  rays("quad rays", "quads", elements.quads);
+  rays("curve rays", "curve segments", elements.strands);
+  rays("point rays", "points", elements.points);
+  parts.push_back({"instances", elements.instanced > 0,
+                   elements.instanced > 0
+                       ? fmt::format("{} instances share a shape", elements.instanced)
+                       : "no shape is used twice",
+                   0, 0});
+  make_lights(scene, parts, true);
+  return parts;
+}
+
+render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
+                           warning_list& warnings) {
+  check_indices(scene);
+  render_scene result;
+  auto& parts = result.parts;
+
+  double start = now();
+  part_report part = subdiv_part(scene);
+  std::size_t bytes = load_textures(scene, displacement_textures(scene), options.threads);
+  tesselate_subdivs(scene);
+  part.seconds = now() - start;
+  parts.push_back(part);
+
+  std::erase_if(scene.instances,
+                [&](const instance_data& i) { return is_empty(scene.shapes[at(i.shape)]); });
+  bool shines = !scene.lights.empty() ||
+                std::any_of(scene.environments.begin(), scene.environments.end(),
+                            [](const auto& e) { return max_component(e.emission) > 0; }) ||
+                std::any_of(scene.instances.begin(), scene.instances.end(), [&](const auto& i) {
+                  return max_component(scene.materials[at(i.material)].emission) > 0;
+                });
+  if (scene.instances.empty() && !shines)
+    throw std::invalid_argument(
+        "nothing to render: no instance has a face, point or strand, and there is no environment");
+  if (!shines)
+    warnings.push_back(
+        "no light: no environment, no emissive material on an instance and no light; the picture "
+        "will be black");
+
+  start = now();
+  auto used = shading_textures(scene);
+  part = texture_part(scene, used);
+  bytes += load_textures(scene, used, options.threads);
+  part.seconds = now() - start;
+  part.bytes = bytes;
+  parts.push_back(part);
+  for (std::size_t i = 0; i < used.size(); i++)  // displacement has done its work
+    if (!used[i]) scene.textures[i].pixelsf = {}, scene.textures[i].pixelsb = {};
+
+  start = now();
+  part = hair_part(scene);
+  if (part.built)
+    for (const auto& material : scene.materials)
+      result.hair.push_back(make_hair_material(material));
+  part.seconds = now() - start;
+  part.bytes = result.hair.size() * sizeof(hair_material);
+  parts.push_back(part);
+
+  result.has_transparency = has_transparency(scene);
+  bake_single_instances(scene);
+  result.lights = std::make_unique<light_sampler>();
+  std::vector<part_report> light_parts;
+  *result.lights = make_lights(scene, light_parts, false);
+  result.scene = std::move(scene);
+  result.accel = std::make_unique<ray_accel>(result.scene, options.threads, options.compact, parts);
+  parts.insert(parts.end(), light_parts.begin(), light_parts.end());
+  return result;
+}
+
+}  // namespace wisp

@@ -1,0 +1,50 @@
+#pragma once
+
+// From a hit to what shading needs.
+
+#include "accel.h"
+#include "wisp/hair/bsdf.h"
+#include "wisp/render/material.h"
+#include "wisp/render/render_scene.h"
+
+namespace wisp {
+
+// The hair lobes of a material, computed once.
+struct hair_material {
+  bool used = false;
+  hair::hair_bsdf<float> bsdf = {};
+  vec3 sigma_a = {0, 0, 0};
+};
+hair_material make_hair_material(const material_data& material);
+
+// A point on a surface, point sphere or strand.
+struct surface_point {
+  int instance = invalid_id;
+  int material = invalid_id;
+  element_kind kind = element_kind::triangle;
+  vec3 position = {0, 0, 0};
+  vec3 geometric_normal = {0, 0, 0};  // outwards, unit
+  vec3 normal = {0, 0, 0};            // for shading, see material.h
+  vec3 tangent = {0, 0, 0};           // along the strand, unit; zero for surfaces
+  float h = 0;                        // across the strand, see hair/bsdf.h
+  vec3 across = {0, 0, 0};            // h points along this, unit
+  float radius = 0;                   // of the strand here, world units
+  float skip = 0;                     // how far across the strand its own fibre reaches
+  vec2 texcoord = {0, 0};
+  vec4 color = {1, 1, 1, 1};
+};
+
+surface_point eval_surface(const render_scene& scene, const ray3& ray, const ray_hit& hit);
+
+// Material with its textures at the point.
+inline material_point eval_material(const render_scene& scene, const surface_point& point) {
+  return eval_material(scene.scene.materials[static_cast<std::size_t>(point.material)],
+                       scene.scene.textures, point.texcoord, point.color);
+}
+
+// A ray that leaves the point: its start is moved off the surface by the
+// rounding of the position; on a strand, which is left as if from the axis, it
+// begins where it has left the fibre.
+ray3 spawn_ray(const surface_point& point, const vec3& direction, float tmax = infinity);
+
+}  // namespace wisp
