@@ -1,0 +1,130 @@
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "console.h"
+#include "run_report.h"
+#include "wisp/render/gltf.h"
+#include "wisp/render/render_scene.h"
+
+namespace {
+
+struct info_arguments {
+  std::string scene;
+  bool json = false;
+  bool quiet = false;
+};
+
+const char* type_name(wisp::material_type type) {
+  constexpr std::array names = {"matte",       "glossy",     "reflective",
+                                "transparent", "refractive", "subsurface",
+                                "volumetric",  "gltfpbr",    "hair"};
+  return names[static_cast<std::size_t>(type)];
+}
+
+const char* basis_name(wisp::curve_basis basis) {
+  constexpr std::array names = {"linear", "bezier", "bspline", "catmull_rom"};
+  return names[static_cast<std::size_t>(basis)];
+}
+
+nlohmann::ordered_json describe(const wisp::scene_data& scene, const std::string& path) {
+  using json = nlohmann::ordered_json;
+  json info = {{"wisp", WISP_VERSION}, {"scene", path}};
+  auto bounds = wisp::scene_bounds(scene);
+  if (bounds[0].x <= bounds[1].x)
+    info["bounds"] = {{bounds[0].x, bounds[0].y, bounds[0].z},
+                      {bounds[1].x, bounds[1].y, bounds[1].z}};
+  info["cameras"] = json::array();
+  for (const auto& c : scene.cameras) info["cameras"].push_back(c.name);
+  info["shapes"] = json::array();
+  for (const auto& s : scene.shapes) {
+    json shape = {{"name", s.name}};
+    if (!s.triangles.empty()) shape["triangles"] = s.triangles.size();
+    if (!s.quads.empty()) shape["quads"] = s.quads.size();
+    if (!s.points.empty()) shape["points"] = s.points.size();
+    if (wisp::strand_count(s) > 0) {
+      std::size_t segments = 0;
+      for (std::size_t k = 0; k + 1 < s.strands.size(); k++)
+        segments += wisp::segment_count(s.basis, s.strands[k + 1] - s.strands[k]);
+      shape["strands"] = wisp::strand_count(s);
+      shape["segments"] = segments;
+      shape["basis"] = basis_name(s.basis);
+    }
+    shape["vertices"] = s.positions.size();
+    info["shapes"].push_back(shape);
+  }
+  info["subdivs"] = scene.subdivs.size();
+  info["materials"] = json::array();
+  for (const auto& m : scene.materials)
+    info["materials"].push_back({{"name", m.name}, {"type", type_name(m.type)}});
+  info["textures"] = json::array();
+  for (const auto& t : scene.textures)
+    info["textures"].push_back({{"name", t.name}, {"path", t.path.string()}});
+  info["instances"] = scene.instances.size();
+  info["environments"] = scene.environments.size();
+  info["lights"] = scene.lights.size();
+  auto parts = json::array();
+  for (const auto& part : wisp::plan_parts(scene))
+    parts.push_back({{"name", part.name}, {"built", part.built}, {"why", part.why}});
+  info["parts"] = parts;
+  return info;
+}
+
+void print_text(const nlohmann::ordered_json& info) {
+  fmt::print("{}\n", info["scene"].get<std::string>());
+  if (info.contains("bounds")) {
+    auto b = info["bounds"].get<std::vector<std::vector<double>>>();
+    fmt::print("  bounds       ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g})\n", b[0][0],
+               b[0][1], b[0][2], b[1][0], b[1][1], b[1][2]);
+  }
+  std::string cameras;
+  for (const auto& c : info["cameras"])
+    cameras += (cameras.empty() ? "" : ", ") + c.get<std::string>();
+  fmt::print("  cameras      {}{}\n", info["cameras"].size(),
+             cameras.empty() ? "" : ": " + cameras);
+  fmt::print("  shapes       {}\n", info["shapes"].size());
+  for (const auto& s : info["shapes"]) {
+    std::string line;
+    for (const auto& [key, value] : s.items())
+      if (key != "name" && key != "basis")
+        line += fmt::format("{}{} {}", line.empty() ? "" : ", ", value.get<std::size_t>(), key);
+    if (s.contains("basis")) line += ", basis " + s["basis"].get<std::string>();
+    fmt::print("    {}: {}\n", s["name"].get<std::string>(), line);
+  }
+  fmt::print("  subdivs      {}\n", info["subdivs"].get<std::size_t>());
+  fmt::print("  materials    {}\n", info["materials"].size());
+  for (const auto& m : info["materials"])
+    fmt::print("    {}: {}\n", m["name"].get<std::string>(), m["type"].get<std::string>());
+  fmt::print("  textures     {}\n", info["textures"].size());
+  fmt::print("  instances    {}\n", info["instances"].get<std::size_t>());
+  fmt::print("  environments {}\n", info["environments"].get<std::size_t>());
+  fmt::print("  lights       {}\n", info["lights"].get<std::size_t>());
+  fmt::print("to render it, wisp\n");
+  for (const auto& part : info["parts"])
+    fmt::print("  {:<10} {:<20} {}\n", part["built"].get<bool>() ? "builds" : "leaves out",
+               part["name"].get<std::string>(), part["why"].get<std::string>());
+}
+
+int run_info(const info_arguments& args) {
+  wisp::warning_list warnings;
+  auto scene = wisp::load_scene(args.scene, warnings);
+  auto info = describe(scene, args.scene);
+  print_warnings(warnings, args.quiet);
+  if (args.json)
+    fmt::print("{}\n", info.dump(2));
+  else
+    print_text(info);
+  return 0;
+}
+
+}  // namespace
+
+command_action add_info(CLI::App& app) {
+  auto args = std::make_shared<info_arguments>();
+  auto* cmd = app.add_subcommand(
+      "info", "Tell what a scene holds, what will be built for it, what is left out");
+  cmd->footer("Example:\n  wisp info scene.json");
+  cmd->add_option("scene", args->scene, "Scene file")->required();
+  cmd->add_flag("--json", args->json, "JSON on stdout");
+  cmd->add_flag("--quiet", args->quiet, "No warnings");
+  return [args] { return run_info(*args); };
+}

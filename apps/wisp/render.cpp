@@ -1,0 +1,267 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+#include "commands.h"
+#include "console.h"
+#include "run_report.h"
+#include "wisp/core/parallel.h"
+#include "wisp/render/gltf.h"
+#include "wisp/render/image.h"
+#include "wisp/render/trace.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct render_arguments {
+  std::string scene;
+  std::vector<std::string> outputs;
+  std::string resolution;
+  std::string camera;
+  std::vector<std::string> aovs;
+  std::string report;
+  std::string tonemap = "filmic";
+  float exposure = 0;
+  bool half_float = false;
+  bool quiet = false;
+  bool compact = false;
+  wisp::trace_options trace;
+};
+
+// "W" or "WxH".
+void parse_resolution(const std::string& text, wisp::trace_options& options) {
+  auto number = [&](const std::string& digits) {
+    if (digits.empty() || digits.size() > 6 ||
+        digits.find_first_not_of("0123456789") != std::string::npos)
+      throw usage_error(fmt::format(
+          "--resolution: '{}' is not a size; give a width as 1280 or a size as 1280x720", text));
+    return std::stoi(digits);
+  };
+  auto x = text.find_first_of("xX");
+  options.width = number(text.substr(0, x));
+  options.height = x == std::string::npos ? 0 : number(text.substr(x + 1));
+  if (options.width < 1 || options.width > 65536 ||
+      (x != std::string::npos && options.height < 1) || options.height > 65536)
+    throw usage_error(
+        fmt::format("--resolution: each side of '{}' must be 1 to 65536 pixels", text));
+}
+
+int find_camera(const wisp::scene_data& scene, const std::string& name) {
+  if (name.empty()) return 0;
+  for (std::size_t i = 0; i < scene.cameras.size(); i++)
+    if (scene.cameras[i].name == name) return static_cast<int>(i);
+  std::string names;
+  for (const auto& camera : scene.cameras) names += (names.empty() ? "" : ", ") + camera.name;
+  throw usage_error(fmt::format("--camera: the scene has no camera '{}'; it has: {}", name,
+                                names.empty() ? "none" : names));
+}
+
+// Fails before hours of rendering rather than after.
+void check_writable(const std::string& output) {
+  auto folder = fs::absolute(output).parent_path();
+  if (!fs::is_directory(folder))
+    throw wisp::file_error(output, "",
+                           fmt::format("the folder '{}' does not exist", folder.string()));
+  if (fs::is_directory(output)) throw wisp::file_error(output, "", "is a folder");
+}
+
+void check_outputs(const std::vector<std::string>& outputs) {
+  for (const auto& output : outputs) {
+    if (!wisp::can_save_image(output))
+      throw usage_error(fmt::format("-o: '{}' must end in .exr, .hdr, .png or .jpg", output));
+    check_writable(output);
+  }
+}
+
+std::string progress_text(const wisp::trace_progress& p, const wisp::trace_options& options) {
+  double left = (p.samples_wanted - p.samples_done) * p.seconds / std::max(1, p.samples_done);
+  if (options.seconds > 0) left = std::min(left, std::max(0.0, options.seconds - p.seconds));
+  if (options.error > 0 && p.error > 0) {
+    double ratio = p.error / static_cast<double>(options.error);
+    left = std::min(left, std::max(0.0, p.seconds * (ratio * ratio - 1)));
+  }
+  return fmt::format("render: {}/{} samples, {:.2f} M paths/s, error {:.2g}, {} left",
+                     p.samples_done, p.samples_wanted, p.samples_per_second * 1e-6, p.error,
+                     format_duration(left));
+}
+
+void save_outputs(const render_arguments& args, const wisp::image_data& image) {
+  wisp::image_write_options options;
+  options.exposure = args.exposure;
+  options.filmic = args.tonemap == "filmic";
+  options.half_float = args.half_float;
+  for (const auto& output : args.outputs) wisp::save_image(output, image, options);
+}
+
+int run_render(render_arguments args, const std::string& command_line) {
+  if (!args.resolution.empty()) parse_resolution(args.resolution, args.trace);
+  check_outputs(args.outputs);
+  if (!args.report.empty()) check_writable(args.report);
+  auto& options = args.trace;
+  for (const auto& aov : args.aovs) {
+    options.albedo |= aov == "albedo";
+    options.normal |= aov == "normal";
+    options.tangent |= aov == "tangent";
+    options.depth |= aov == "depth";
+    options.error_image |= aov == "error";
+  }
+  progress_line line(args.quiet);
+  phase_timer timer;
+  wisp::warning_list warnings;
+
+  timer.start("load");
+  line.show("load: " + args.scene);
+  auto data = wisp::load_scene(args.scene, warnings);
+  if (data.cameras.empty()) data.cameras.push_back(wisp::default_camera(data));
+  options.camera = find_camera(data, args.camera);
+  wisp::image_size(data, options);
+
+  timer.start("build");
+  line.show("build: textures, ray structures and lights");
+  auto scene = wisp::prepare_scene(std::move(data), {options.threads, args.compact}, warnings);
+  timer.stop();
+  line.clear();
+  print_warnings(warnings, args.quiet);
+
+  timer.start("render");
+  watch_interrupts();
+  auto state = wisp::make_trace_state(scene, options);
+  wisp::trace_image(
+      state, scene, options,
+      [&](const wisp::trace_progress& p) { line.show(progress_text(p, options)); },
+      &interrupt_flag());
+  timer.stop();
+  line.clear();
+  bool interrupted = interrupt_flag();
+  auto [fewest, most] = std::minmax_element(state.samples.begin(), state.samples.end());
+  uint32_t samples = *fewest;
+  if (*most == 0) {
+    fmt::print(stderr, "wisp: stopped before the first sample; nothing saved\n");
+    return exit_interrupted;
+  }
+
+  timer.start("save");
+  auto image = wisp::get_image(state);
+  image.metadata = {{"wisp:version", WISP_VERSION},
+                    {"wisp:command", command_line},
+                    {"wisp:scene", args.scene},
+                    {"wisp:samples", std::to_string(samples)},
+                    {"wisp:seconds", fmt::format("{:.3f}", timer.seconds("render"))},
+                    {"wisp:seed", std::to_string(options.seed)},
+                    {"wisp:bounces", std::to_string(options.bounces)}};
+  save_outputs(args, image);
+  timer.stop();
+
+  double error = wisp::image_error(state);
+  if (state.paths_with_errors > 0 && !args.quiet)
+    fmt::print(stderr, "wisp: warning: {} paths had a value that is not finite and were left out\n",
+               state.paths_with_errors);
+  if (!args.report.empty()) {
+    auto parts = scene.parts;
+    std::size_t pixels = state.samples.size();
+    parts.push_back({"film", true, fmt::format("{} x {} pixels", state.width, state.height), 0,
+                     pixels * (sizeof(wisp::dvec4) + sizeof(double) + sizeof(uint32_t))});
+    bool aovs = options.albedo || options.normal || options.tangent || options.depth;
+    parts.push_back(
+        {"auxiliary images", aovs, aovs ? "asked for by --aovs" : "none asked for by --aovs", 0,
+         (state.albedo.size() + state.normal.size() + state.tangent.size()) * sizeof(wisp::vec3) +
+             state.depth.size() * 8});
+    nlohmann::ordered_json report = {{"wisp", WISP_VERSION},
+                                     {"command", command_line},
+                                     {"scene", args.scene},
+                                     {"threads", wisp::thread_count(options.threads)},
+                                     {"seconds", timer.wall()},
+                                     {"cpu_seconds", timer.cpu()},
+                                     {"peak_memory_bytes", peak_memory_bytes()},
+                                     {"width", state.width},
+                                     {"height", state.height},
+                                     {"samples", samples},
+                                     {"error", error},
+                                     {"interrupted", interrupted},
+                                     {"dropped_paths", state.paths_with_errors},
+                                     {"warnings", warnings},
+                                     {"parts", parts_json(parts)}};
+    save_text(args.report, report.dump(2) + "\n");
+  }
+  if (!args.quiet) {
+    double paths = 0;
+    for (uint32_t n : state.samples) paths += n;
+    fmt::print("{}{} samples in {}, {:.2f} M paths/s, error {:.2g}, peak memory {}\n",
+               interrupted ? "stopped; saved what there is: " : "", samples,
+               format_duration(timer.seconds("render")), paths / timer.seconds("render") * 1e-6,
+               error, format_bytes(static_cast<double>(peak_memory_bytes())));
+    for (const auto& output : args.outputs) fmt::print("{}\n", output);
+  }
+  return interrupted ? exit_interrupted : 0;
+}
+
+}  // namespace
+
+command_action add_render(CLI::App& app, const std::string& command_line) {
+  auto args = std::make_shared<render_arguments>();
+  auto& o = args->trace;
+  auto* cmd = app.add_subcommand("render", "Path-trace a scene to an image");
+  cmd->footer(
+      "Example:\n  wisp render scene.json -o image.exr -o image.png --samples 256 --resolution "
+      "1280x720\n"
+      "Scenes: .json (Yocto/GL and wisp), .gltf, .glb, or a hair or mesh file by itself.");
+  cmd->add_option("scene", args->scene, "Scene file")->required();
+  cmd->add_option("-o,--output", args->outputs,
+                  "Image to write: .exr .hdr .png .jpg; may be given several times")
+      ->required()
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  cmd->add_option("--samples", o.samples, "Paths for each pixel")
+      ->check(CLI::Range(1, 1 << 24))
+      ->capture_default_str();
+  cmd->add_option("--resolution", args->resolution, "W or WxH; default: 1280 on the longer side");
+  cmd->add_option("--camera", args->camera, "Camera by name; default: the first");
+  cmd->add_option("--bounces", o.bounces, "Most scattering events on a path")
+      ->check(CLI::Range(0, 65536))
+      ->capture_default_str();
+  cmd->add_option("--exposure", args->exposure, "Stops, for .png and .jpg")
+      ->check(CLI::Range(-100.0, 100.0));
+  cmd->add_option("--tonemap", args->tonemap, "Curve of .png and .jpg: filmic or srgb")
+      ->check(CLI::IsMember({"filmic", "srgb"}))
+      ->capture_default_str();
+  cmd->add_option("--aovs", args->aovs, "More channels for .exr: albedo,normal,tangent,depth,error")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"albedo", "normal", "tangent", "depth", "error"}));
+  static const std::map<std::string, wisp::pixel_filter> filters = {
+      {"box", wisp::pixel_filter::box},
+      {"tent", wisp::pixel_filter::tent},
+      {"gaussian", wisp::pixel_filter::gaussian},
+      {"blackman-harris", wisp::pixel_filter::blackman_harris}};
+  cmd->add_option("--filter", o.filter,
+                  "Pixel filter: box, tent, gaussian, blackman-harris (default)")
+      ->transform(CLI::Transformer(filters, CLI::ignore_case).description(""))
+      ->check(CLI::Range(0, 3).description(""))
+      ->option_text("NAME");
+  cmd->add_option("--clamp", o.clamp,
+                  "Largest radiance of a path; 0 (default) is none, as it should be")
+      ->check(CLI::NonNegativeNumber);
+  cmd->add_flag("--hide-environment", o.hide_environment,
+                "Black, transparent background; the sky still lights");
+  cmd->add_flag("--half", args->half_float, ".exr with half-float colours");
+  cmd->add_flag("--compact", args->compact, "Smaller ray structures, somewhat slower");
+  cmd->add_option("--seed", o.seed, "Seed of the random numbers")->capture_default_str();
+  cmd->add_option("--threads", o.threads, "Threads; 0: all")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  cmd->add_option("--time", o.seconds, "Stop after this many seconds of rendering")
+      ->check(CLI::PositiveNumber);
+  cmd->add_option("--error", o.error, "Stop when the estimated error of the image is below")
+      ->check(CLI::PositiveNumber);
+  cmd->add_option("--report", args->report, "JSON report of time, memory and what was built");
+  cmd->add_flag("--quiet", args->quiet, "No progress, no warnings, no summary");
+  cmd->callback([args, cmd] {
+    // A budget in time or error without a number of samples: as many as it takes.
+    bool budget = args->trace.seconds > 0 || args->trace.error > 0;
+    if (budget && cmd->count("--samples") == 0) args->trace.samples = 1 << 24;
+  });
+  return [args, command_line] { return run_render(*args, command_line); };
+}

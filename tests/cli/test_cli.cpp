@@ -1,0 +1,336 @@
+// The command as a user meets it: exit statuses, messages, whole files or none.
+
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "wisp/render/image.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct outcome {
+  int status = -1;
+  std::string out, err;
+};
+
+std::string read_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+// A folder of its own for each test, removed at the end.
+struct folder {
+  fs::path path;
+  folder() {
+    std::string name = (fs::temp_directory_path() / "wisp-cli-XXXXXX").string();
+    path = mkdtemp(name.data());
+  }
+  ~folder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  folder(const folder&) = delete;
+  folder& operator=(const folder&) = delete;
+  std::string operator/(const std::string& name) const { return (path / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(path / name, std::ios::binary) << text;
+    return (path / name).string();
+  }
+  std::size_t files() const {
+    return std::size_t(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
+  }
+};
+
+pid_t start(const std::vector<std::string>& args, const fs::path& out, const fs::path& err) {
+  pid_t pid = fork();
+  if (pid == 0) {
+    auto redirect = [](const fs::path& path, int to) {
+      int fd = open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+      dup2(fd, to);
+    };
+    redirect(out, 1);
+    redirect(err, 2);
+    std::vector<char*> argv = {const_cast<char*>(WISP_COMMAND)};
+    for (const auto& a : args) argv.push_back(const_cast<char*>(a.c_str()));
+    argv.push_back(nullptr);
+    execv(WISP_COMMAND, argv.data());
+    _exit(127);
+  }
+  return pid;
+}
+
+int finish(pid_t pid) {
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+}
+
+outcome run(const std::vector<std::string>& args) {
+  folder logs;
+  outcome o;
+  o.status = finish(start(args, logs.path / "out", logs.path / "err"));
+  o.out = read_file(logs.path / "out");
+  o.err = read_file(logs.path / "err");
+  return o;
+}
+
+// Fails with one message that holds the words, exit status 1, and no new file.
+void check_fault(const folder& f, const std::vector<std::string>& args,
+                 const std::vector<std::string>& words) {
+  auto files = f.files();
+  auto o = run(args);
+  CAPTURE(o.err);
+  CHECK(o.status == 1);
+  CHECK(std::count(o.err.begin(), o.err.end(), '\n') == 1);
+  CHECK(o.err.rfind("wisp: error: ", 0) == 0);
+  for (const auto& w : words) {
+    CAPTURE(w);
+    CHECK(o.err.find(w) != std::string::npos);
+  }
+  CHECK(f.files() == files);
+}
+
+// A lit square; `extra` goes into the file's object.
+std::string simple_scene(const folder& f, const std::string& extra = "") {
+  f.write("square.obj",
+          "v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 "
+          "4/4\n");
+  return f.write("scene.json", R"({"asset": {"version": "4.2"},
+    "cameras": [{"name": "main", "lookat": [0, 2, 3, 0, 0, 0, 0, 1, 0], "aspect": 1.5},
+                {"name": "top", "lookat": [0, 3, 0.01, 0, 0, 0, 0, 1, 0], "aspect": 1}],
+    "environments": [{"name": "sky", "emission": [1, 1, 1]}],
+    "shapes": [{"name": "square", "uri": "square.obj"}],
+    "materials": [{"name": "grey", "type": "matte", "color": [0.5, 0.5, 0.5]}],
+    "instances": [{"shape": 0, "material": 0}])" +
+                                   extra + "}");
+}
+
+std::vector<std::string> quick(const std::string& scene, const std::string& out) {
+  return {"render", scene, "-o", out, "--resolution", "24x16", "--samples", "4"};
+}
+
+std::vector<std::string> operator+(std::vector<std::string> a, const std::vector<std::string>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+}  // namespace
+
+TEST_CASE("cli: help, version and wrong use") {
+  CHECK(run({"--help"}).status == 0);
+  CHECK(run({"--version"}).out.find("wisp 0.") == 0);
+  for (auto command : {"render", "info", "convert"}) {
+    auto o = run({command, "--help"});
+    CHECK(o.status == 0);
+    CHECK(o.out.find("Example:") != std::string::npos);
+  }
+  folder f;
+  auto scene = simple_scene(f);
+  for (const auto& args : std::vector<std::vector<std::string>>{
+           {},
+           {"paint", scene},
+           {"render"},
+           {"render", scene},
+           {"render", scene, "-o", f / "a.gif"},
+           {"render", scene, "-o", f / "a"},
+           quick(scene, f / "a.png") + std::vector<std::string>{"--samples", "0"},
+           quick(scene, f / "a.png") + std::vector<std::string>{"--resolution", "0"},
+           quick(scene, f / "a.png") + std::vector<std::string>{"--resolution", "10x"},
+           quick(scene, f / "a.png") + std::vector<std::string>{"--resolution", "99999999"},
+           quick(scene, f / "a.png") + std::vector<std::string>{"--camera", "left"},
+           quick(scene, f / "a.png") + std::vector<std::string>{"--aovs", "smell"},
+           quick(scene, f / "a.png") + std::vector<std::string>{"--threads", "-1"},
+           quick(scene, f / "a.png") + std::vector<std::string>{"--time", "soon"},
+           {"convert", scene}}) {
+    auto o = run(args);
+    CAPTURE(o.err);
+    CHECK(o.status == 2);
+    CHECK_FALSE(o.err.empty());
+  }
+  CHECK_FALSE(fs::exists(f.path / "a.png"));
+}
+
+TEST_CASE("cli: a render writes every output, with names and metadata, and a report") {
+  folder f;
+  auto scene = simple_scene(f);
+  auto o = run({"render", scene, "-o", f / "a.exr", "-o", f / "a.png", "-o", f / "a.hdr", "-o",
+                f / "a.jpg", "--resolution", "24", "--samples", "4", "--aovs",
+                "albedo,normal,tangent,depth,error", "--report", f / "r.json"});
+  CAPTURE(o.err);
+  CHECK(o.status == 0);
+  CHECK(o.err.empty());
+  for (auto name : {"a.exr", "a.png", "a.hdr", "a.jpg"})
+    CHECK(o.out.find(name) != std::string::npos);
+  auto image = wisp::load_image(f / "a.exr");
+  CHECK(image.width == 24);
+  CHECK(image.height == 16);
+  for (auto name : {"R", "G", "B", "A", "albedo.R", "normal.X", "tangent.Z", "depth.Z", "error.V"})
+    CHECK(std::find(image.channels.begin(), image.channels.end(), name) != image.channels.end());
+  std::string exr = read_file(f / "a.exr");
+  for (auto key : {"wisp:version", "wisp:command", "wisp:samples", "wisp:seconds"})
+    CHECK(exr.find(key) != std::string::npos);
+  auto report = nlohmann::json::parse(read_file(f / "r.json"));
+  CHECK(report["samples"] == 4);
+  CHECK(report["seconds"].contains("render"));
+  CHECK(report["peak_memory_bytes"].get<double>() > 1e6);
+  int left_out = 0;
+  for (const auto& part : report["parts"]) {
+    CHECK_FALSE(part["why"].get<std::string>().empty());
+    if (!part["built"]) left_out++;
+    if (part["name"] == "curve rays") CHECK_FALSE(part["built"].get<bool>());
+  }
+  CHECK(left_out >= 5);
+}
+
+TEST_CASE("cli: --quiet is silent, cameras are found by name, budgets stop") {
+  folder f;
+  auto scene = simple_scene(f);
+  auto o = run(quick(scene, f / "a.exr") + std::vector<std::string>{"--quiet", "--camera", "top"});
+  CHECK(o.status == 0);
+  CHECK(o.out.empty());
+  CHECK(o.err.empty());
+  o = run({"render", scene, "-o", f / "b.exr", "--resolution", "16", "--time", "0.2", "--report",
+           f / "r.json"});
+  CHECK(o.status == 0);
+  auto report = nlohmann::json::parse(read_file(f / "r.json"));
+  CHECK(report["samples"].get<int>() > 1);
+  CHECK(report["seconds"]["render"].get<double>() < 30);
+  o = run({"render", scene, "-o", f / "b.exr", "--resolution", "16", "--error", "0.05", "--report",
+           f / "r.json"});
+  CHECK(nlohmann::json::parse(read_file(f / "r.json"))["error"].get<double>() <= 0.05);
+}
+
+TEST_CASE("cli: the same image at any number of threads, another with another seed") {
+  folder f;
+  auto scene = simple_scene(f);
+  auto pixels = [&](const std::vector<std::string>& more) {
+    REQUIRE(run(quick(scene, f / "a.exr") + more).status == 0);
+    return wisp::load_image(f / "a.exr").pixels;
+  };
+  auto one = pixels({"--threads", "1"});
+  CHECK(one == pixels({"--threads", "2"}));
+  CHECK(one == pixels({"--threads", "7"}));
+  CHECK(one != pixels({"--seed", "9"}));
+}
+
+TEST_CASE("cli: bad scenes give one message with file, place and reason") {
+  folder f;
+  auto scene = simple_scene(f);
+  auto bad = [&](const std::string& text, const std::vector<std::string>& words) {
+    auto path = f.write("bad.json", text);
+    auto all = words;
+    all.push_back("bad.json");
+    check_fault(f, quick(path, f / "a.exr"), all);
+  };
+  check_fault(f, quick(f / "none.json", f / "a.exr"), {"none.json", "not found"});
+  check_fault(f, quick(f.path.string(), f / "a.exr"), {});
+  check_fault(f, quick(f.write("scene.xyz", "hello"), f / "a.exr"), {"scene.xyz", ".json"});
+  bad("", {});
+  bad("this is not JSON", {"line 1"});
+  bad("{\"asset\": {\"version\": \"4.2\"},\n \"cameras\": [}", {"line 2"});
+  bad(std::string("\x7f\x45\x4c\x46\0\1\2", 7), {});
+  bad(std::string(100000, '['), {});
+  bad(R"({"shapes": 5})", {"shapes"});
+  bad(R"({"cameras": [{"frame": [1, 2, 3]}]})", {"cameras[0].frame", "12"});
+  bad(R"({"materials": [{"color": "red"}]})", {"materials[0].color"});
+  bad(R"({"materials": [{"type": "jelly"}]})", {"materials[0].type", "matte"});
+  bad(R"({"shapes": [{"uri": "square.obj"}], "materials": [{}], "instances": [{"shape": 7, "material": 0}]})",
+      {"instances[0].shape", "7"});
+  bad(R"({"shapes": [{"uri": "gone.ply"}], "materials": [{}], "instances": [{"shape": 0, "material": 0}]})",
+      {"gone.ply"});
+  bad(R"({"textures": [{"uri": "gone.png"}], "environments": [{"emission": [1, 1, 1], "emission_tex": 0}]})",
+      {"gone.png"});
+}
+
+TEST_CASE("cli: an empty scene is an error, unknown keys a warning") {
+  folder f;
+  check_fault(f, quick(f.write("empty.json", "{}"), f / "a.exr"), {"nothing to render"});
+  auto scene = simple_scene(f, R"(, "colour": 5)");
+  auto o = run(quick(scene, f / "a.exr"));
+  CHECK(o.status == 0);
+  CHECK(o.err.find("colour") != std::string::npos);
+}
+
+TEST_CASE("cli: outputs that cannot be written are refused before rendering") {
+  folder f;
+  auto scene = simple_scene(f);
+  check_fault(f, quick(scene, f / "no/such/folder/a.exr"), {"no/such/folder"});
+  fs::create_directory(f.path / "folder.exr");
+  check_fault(f, quick(scene, f / "folder.exr"), {"folder.exr"});
+  check_fault(f, quick(scene, f / "a.exr") + std::vector<std::string>{"--report", f / "no/r.json"},
+              {"no/r.json"});
+}
+
+TEST_CASE("cli: Ctrl-C saves what is there and exits with 130") {
+  folder f;
+  auto scene = simple_scene(f);
+  folder logs;
+  pid_t pid =
+      start({"render", scene, "-o", f / "a.exr", "--resolution", "64", "--samples", "10000000"},
+            logs.path / "out", logs.path / "err");
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  kill(pid, SIGINT);
+  CHECK(finish(pid) == 130);
+  CHECK(read_file(logs.path / "out").find("saved what there is") != std::string::npos);
+  auto image = wisp::load_image(f / "a.exr");
+  CHECK(image.width == 64);
+  CHECK(image.pixels[std::size_t(4 * (64 * 20 + 32))] > 0.1f);
+  for (const auto& entry : fs::directory_iterator(f.path))
+    CHECK(entry.path().filename().string().find("tmp") == std::string::npos);
+}
+
+TEST_CASE("cli: info tells what is there and what will be built") {
+  folder f;
+  auto scene = simple_scene(f);
+  auto o = run({"info", scene});
+  CHECK(o.status == 0);
+  for (auto word :
+       {"square", "grey: matte", "main, top", "leaves out", "no curve segments in the scene"})
+    CHECK(o.out.find(word) != std::string::npos);
+  auto info = nlohmann::json::parse(run({"info", scene, "--json"}).out);
+  CHECK(info["instances"] == 1);
+  CHECK(run({"info", f / "none.json"}).status == 1);
+}
+
+TEST_CASE("cli: convert keeps hair and meshes") {
+  folder f;
+  f.write(
+      "hair.ply",
+      "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float "
+      "z\n"
+      "property float radius\nelement line 3\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0 0.1\n0 1 0 0.1\n0 2 0 0.1\n5 0 0 0.1\n5 1 0 0.1\n2 0 1\n2 1 2\n2 3 4\n");
+  std::string from = f / "hair.ply";
+  for (auto name : {"a.hair", "a.pbrt", "b.ply"}) {
+    auto o = run({"convert", from, f / name});
+    CAPTURE(o.err);
+    CHECK(o.status == 0);
+    CHECK(o.out.find(name) != std::string::npos);
+    auto info = nlohmann::json::parse(run({"info", f / name, "--json", "--quiet"}).out);
+    bool found = false;
+    for (const auto& s : info["shapes"])
+      found = found || (s.contains("strands") && s["strands"] == 2);
+    CHECK(found);
+  }
+  simple_scene(f);
+  CHECK(run({"convert", f / "square.obj", f / "square.stl"}).status == 0);
+  check_fault(f, {"convert", f / "square.obj", f / "square.hair"}, {"square.hair"});
+  check_fault(f, {"convert", from, f / "hair.stl"}, {"hair.stl"});
+  check_fault(f, {"convert", f / "gone.ply", f / "x.ply"}, {"gone.ply"});
+  CHECK(run({"convert", from, f / "a.doc"}).status == 2);
+}

@@ -1,0 +1,3 @@
+#include "wisp/hair/math.h"
+
+int main() { return 0; }
