@@ -197,6 +197,38 @@ TEST_CASE("cli: a render writes every output, with names and metadata, and a rep
   CHECK(left_out >= 5);
 }
 
+TEST_CASE("cli: the image library is left out where no texture is read and .exr is written") {
+  folder f;
+  auto scene = simple_scene(f);
+  // What a run reports of the image library, and whether the loader of the C
+  // library, which writes a log where asked to, has loaded OpenImageIO.
+  auto built_and_loaded = [&](const std::string& from, const std::string& out) {
+    folder logs;
+    setenv("LD_DEBUG", "files", 1);
+    setenv("LD_DEBUG_OUTPUT", (logs / "log").c_str(), 1);
+    auto args = quick(from, f / out) + std::vector<std::string>{"--report", f / "r.json"};
+    int status = finish(start(args, logs.path / "out", logs.path / "err"));
+    unsetenv("LD_DEBUG");
+    unsetenv("LD_DEBUG_OUTPUT");
+    CHECK(status == 0);
+    std::string log;
+    for (const auto& entry : fs::directory_iterator(logs.path)) log += read_file(entry.path());
+    REQUIRE(log.find("libembree") != std::string::npos);
+    bool loaded = log.find("libOpenImageIO") != std::string::npos;
+    auto report = nlohmann::json::parse(read_file(f / "r.json"));
+    for (const auto& part : report["parts"])
+      if (part["name"] == "image library") return std::pair{part["built"].get<bool>(), loaded};
+    FAIL("the report does not tell of the image library");
+    return std::pair{false, false};
+  };
+  CHECK(built_and_loaded(scene, "a.exr") == std::pair{false, false});
+  CHECK(built_and_loaded(scene, "a.png").second);
+  auto textured = f.write("textured.json", R"({"textures": [{"uri": "a.exr"}],
+    "shapes": [{"uri": "square.obj"}], "materials": [{"color_tex": 0}],
+    "instances": [{"shape": 0, "material": 0}], "environments": [{"emission": [1, 1, 1]}]})");
+  CHECK(built_and_loaded(textured, "b.exr") == std::pair{true, true});
+}
+
 TEST_CASE("cli: --quiet is silent, cameras are found by name, budgets stop") {
   folder f;
   auto scene = simple_scene(f);
@@ -253,8 +285,14 @@ TEST_CASE("cli: bad scenes give one message with file, place and reason") {
       {"instances[0].shape", "7"});
   bad(R"({"shapes": [{"uri": "gone.ply"}], "materials": [{}], "instances": [{"shape": 0, "material": 0}]})",
       {"gone.ply"});
-  bad(R"({"textures": [{"uri": "gone.png"}], "environments": [{"emission": [1, 1, 1], "emission_tex": 0}]})",
-      {"gone.png"});
+  check_fault(
+      f,
+      quick(
+          f.write(
+              "bad.json",
+              R"({"textures": [{"uri": "gone.png"}], "environments": [{"emission": [1, 1, 1], "emission_tex": 0}]})"),
+          f / "a.exr"),
+      {"gone.png", "not found"});
 }
 
 TEST_CASE("cli: an empty scene is an error, unknown keys a warning") {

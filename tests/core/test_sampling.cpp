@@ -33,7 +33,7 @@ TEST_CASE("core: Sobol sets are stratified in one and two dimensions") {
     }
 }
 
-TEST_CASE("core: samples are in [0, 1) and sets and pixels are independent") {
+TEST_CASE("core: samples stay below 1, and sets and pixels are independent") {
   // Correlation of n = 4096 pairs has standard deviation 1/64; 20 tests at
   // 4.5 sigma raise a false alarm with probability 1.4e-4.
   auto correlation = [](auto&& f, auto&& g) {

@@ -1,8 +1,10 @@
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -10,6 +12,7 @@
 #include <limits>
 #include <random>
 
+#include "image_module.h"
 #include "wisp/render/image.h"
 
 using namespace wisp;
@@ -188,6 +191,136 @@ TEST_CASE("image: exr in half keeps depth as float, and never NaN or overflow") 
   CHECK(read.pixels[channel_index(read, "Z")] == 123456.789f);
   for (std::size_t i = 4; i < image.pixels.size(); i++)
     if (i % 4 != 3) CHECK(read.pixels[i] == doctest::Approx(image.pixels[i]).epsilon(0.001));
+}
+
+TEST_CASE("image: exr writes half where asked, and sorts no channel wrongly") {
+  temporary_folder folder;
+  // More rows than the writer takes at once, and no power of two.
+  auto image = make_image(33, 150, {"Z", "albedo.R", "A", "B", "depth.Z", "G", "R", "error.V"});
+  image.pixels[6] = -1e9f;
+  for (bool half : {false, true}) {
+    image_write_options options;
+    options.half_float = half;
+    auto path = folder.path / "image.exr";
+    save_image(path, image, options);
+    auto read = load_image(path);
+    REQUIRE(read.channels.size() == 8);
+    for (const auto& name : image.channels) {
+      auto a = channel_index(image, name), b = channel_index(read, name);
+      bool exact = !half || name == "Z" || name == "depth.Z";
+      int differing = 0;
+      float worst = 0;
+      for (std::size_t i = 1; i < 33 * 150; i++) {
+        float want = image.pixels[i * 8 + a], have = read.pixels[i * 8 + b];
+        differing += want != have;
+        worst = std::max(worst, std::abs(want - have) / want);
+      }
+      CAPTURE(name);
+      CHECK((differing == 0) == exact);
+      CHECK(worst < 1e-3f);
+    }
+    CHECK(read.pixels[channel_index(read, "R")] == (half ? -65504.0f : -1e9f));
+  }
+}
+
+TEST_CASE("image: a large exr, which threads pack, is the same") {
+  temporary_folder folder;
+  auto image = make_image(1201, 397, {"R", "G", "B"});
+  image.pixels[500000] = std::numeric_limits<float>::quiet_NaN();
+  save_image(folder.path / "a.exr", image);
+  image.pixels[500000] = 0;
+  CHECK(load_image(folder.path / "a.exr").pixels == image.pixels);
+}
+
+TEST_CASE("image: exr metadata survives reading and writing again") {
+  temporary_folder folder;
+  auto image = make_image(3, 2, {"R", "G", "B"});
+  std::string longer(100, 'n');
+  image.metadata = {{"wisp:version", "0.1"}, {"comments", "first"},    {"owner", "somebody"},
+                    {longer, "long name"},   {"type", "not an image"}, {"compression", "none"},
+                    {"channels", "none"},    {"", "no name"},          {"empty", ""}};
+  for (int i = 0; i < 2; i++) {
+    save_image(folder.path / "a.exr", image);
+    auto read = load_image(folder.path / "a.exr");
+    std::vector<std::string> found;
+    for (const auto& [name, value] : read.metadata) {
+      // OpenImageIO has names of its own for some.
+      if (name == "wisp:version") CHECK(value == "0.1");
+      if (name == "comments" || name == "ImageDescription") CHECK(value == "first");
+      if (name == "owner" || name == "Copyright") CHECK(value == "somebody");
+      if (name == longer) CHECK(value == "long name");
+      if (name == "compression") CHECK(value == "zip");
+      CHECK(value != "not an image");
+      found.push_back(name);
+    }
+    auto has = [&](const std::string& name) {
+      return std::find(found.begin(), found.end(), name) != found.end();
+    };
+    CHECK(has("wisp:version"));
+    CHECK(has(longer));
+    CHECK((has("owner") || has("Copyright")));
+    CHECK((has("comments") || has("ImageDescription")));
+    CHECK(read.pixels == image.pixels);
+    image = read;
+  }
+}
+
+TEST_CASE("image: exr channels need names of their own") {
+  temporary_folder folder;
+  CHECK(message_of([&] {
+          save_image(folder.path / "a.exr", make_image(2, 2, {"R", "G", "R"}));
+        }).find("'R'") != std::string::npos);
+  CHECK_THROWS_AS(save_image(folder.path / "a.exr", make_image(2, 2, {"R", ""})), file_error);
+  CHECK_THROWS_AS(save_image(folder.path / "a.exr", make_image(2, 2, {std::string(300, 'c'), "R"})),
+                  file_error);
+  CHECK(file_count(folder.path) == 0);
+}
+
+TEST_CASE("image: a disk that is full is noticed, and the older file stays") {
+  temporary_folder folder;
+  std::vector<fs::path> paths;
+  for (auto name : {"a.exr", "a.png", "a.hdr", "a.jpg"}) {
+    paths.push_back(folder.path / name);
+    save_image(paths.back(), make_image(2, 2, {"R", "G", "B"}));
+  }
+  // Noise, which no code packs well.
+  auto image = make_image(200, 200, {"R", "G", "B"});
+  std::mt19937 random(7);
+  for (auto& p : image.pixels) p = static_cast<float>(random() % 65536) / 65536;
+  rlimit before = {};
+  getrlimit(RLIMIT_FSIZE, &before);
+  auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit low = before;
+  std::vector<std::string> messages;
+  for (auto& path : paths)
+    for (rlim_t bytes : {100, 5000}) {  // when the file is closed, and before
+      low.rlim_cur = bytes;
+      setrlimit(RLIMIT_FSIZE, &low);
+      messages.push_back(message_of([&] { save_image(path, image); }));
+      setrlimit(RLIMIT_FSIZE, &before);
+    }
+  std::signal(SIGXFSZ, handler);
+  for (const auto& message : messages) {
+    CAPTURE(message);
+    CHECK(message.find("cannot be written") != std::string::npos);
+  }
+  for (const auto& path : paths) CHECK(load_image(path).width == 2);
+  CHECK(file_count(folder.path) == paths.size());
+}
+
+TEST_CASE("image: a module that is missing or of no use") {
+  temporary_folder folder;
+  fs::create_directory(folder.path / "none");
+  fs::create_directory(folder.path / "text");
+  write_all(folder.path / "text" / "wisp_image_module.so", {'h', 'e', 'l', 'l', 'o'});
+  std::string problem;
+  CHECK(image_module::load({}, problem) == nullptr);
+  CHECK(image_module::load({folder.path / "none", folder.path / "text"}, problem) == nullptr);
+  CAPTURE(problem);
+  for (const auto& word :
+       {(folder.path / "none").string(), (folder.path / "text" / "wisp_image_module.so").string(),
+        std::string("WISP_MODULE_DIR"), std::string("is not in")})
+    CHECK(problem.find(word) != std::string::npos);
 }
 
 TEST_CASE("image: hdr holds the first three channels") {

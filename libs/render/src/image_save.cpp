@@ -1,10 +1,9 @@
-// Writing of images, by OpenImageIO, and the tone curve of .png and .jpg.
+// Writing of images, and the tone curve of .png and .jpg. OpenEXR writes .exr;
+// the others are encoded by the image module.
 //
 // A file is written under another name beside its place and renamed when it is
 // complete, so that a reader never sees half of one.
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,11 +13,12 @@
 #include <cstdio>
 #include <memory>
 #include <new>
+#include <random>
 #include <span>
-#include <string_view>
 #include <system_error>
 
-#include "wisp/render/image.h"
+#include "image_exr.h"
+#include "image_module.h"
 
 namespace wisp {
 
@@ -62,14 +62,6 @@ std::string lower_extension(const fs::path& path) {
   return extension;
 }
 
-bool is_depth_channel(std::string_view name) {
-  if (auto dot = name.rfind('.'); dot != std::string_view::npos) {
-    if (name.substr(0, dot) == "depth") return true;
-    name = name.substr(dot + 1);
-  }
-  return name == "Z" || name == "z" || name == "depth";
-}
-
 // A file beside the wanted one that vanishes unless it is renamed. The ending
 // stays, since it chooses the format.
 struct pending_file {
@@ -77,8 +69,9 @@ struct pending_file {
   fs::path path = "";
 
   explicit pending_file(const fs::path& target_) : target(target_) {
-    auto name = OIIO::Filesystem::unique_path(".wisp-%%%%%%%%.");
-    path = target.parent_path() / (name + target.filename().string());
+    std::random_device random;
+    path = target.parent_path() /
+           fmt::format(".wisp-{:08x}{:08x}.{}", random(), random(), target.filename().string());
   }
   pending_file(const pending_file&) = delete;
   pending_file& operator=(const pending_file&) = delete;
@@ -96,78 +89,42 @@ struct pending_file {
   }
 };
 
-std::string first_line(std::string message, const char* otherwise) {
-  if (auto end = message.find_first_of("\r\n"); end != std::string::npos) message.resize(end);
-  return message.empty() ? otherwise : message;
-}
-
-// OpenImageIO encodes into memory and this writes the bytes, since not every
-// writer of it notices a full disk.
-void write_bytes(const fs::path& wanted, const fs::path& path, std::span<const uint8_t> bytes) {
+// Writes the file by body(FILE*), which returns false with errno set when the
+// disk is full or the like; other errors show where the file is closed.
+void write_file(const pending_file& pending, const auto& body) {
   auto fail = [&] {
-    std::string reason = std::generic_category().message(errno);
-    throw file_error{wanted.string(), "", "cannot be written: " + reason};
+    std::string reason = std::generic_category().message(errno ? errno : EIO);
+    throw file_error{pending.target.string(), "", "cannot be written: " + reason};
   };
   errno = 0;
   auto close = [](std::FILE* file) { std::fclose(file); };
-  std::unique_ptr<std::FILE, decltype(close)> file(OIIO::Filesystem::fopen(path.string(), "wb"),
-                                                   close);
+  std::unique_ptr<std::FILE, decltype(close)> file(std::fopen(pending.path.c_str(), "wbx"), close);
   if (!file) fail();
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail();
+  if (!body(file.get())) fail();
   if (std::fclose(file.release()) != 0) fail();
 }
 
-void encode(const fs::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc format,
-            const void* pixels) {
-  auto fail = [&](const std::string& reason) { throw file_error{path.string(), "", reason}; };
+void save_exr(const fs::path& path, const image_data& image, const image_write_options& options) {
   pending_file pending(path);
-  auto output = OIIO::ImageOutput::create(pending.path.string());
-  if (!output) fail(first_line(OIIO::geterror(), "no writer for this format is installed"));
-  bool in_memory = output->supports("ioproxy");
-  std::vector<uint8_t> bytes;
-  OIIO::Filesystem::IOVecOutput proxy(bytes);
-  if (in_memory) output->set_ioproxy(&proxy);
-  if (!output->open(pending.path.string(), spec) || !output->write_image(format, pixels) ||
-      !output->close())
-    fail("cannot be written: " + first_line(output->geterror(), "unknown reason"));
-  output.reset();
-  if (in_memory) write_bytes(path, pending.path, bytes);
+  write_file(pending, [&](std::FILE* file) { return write_exr(file, path, image, options); });
   pending.commit();
 }
 
-void save_exr(const fs::path& path, const image_data& image, const image_write_options& options) {
-  int channels = static_cast<int>(image.channels.size());
-  OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::FLOAT);
-  spec.channelnames = image.channels;
-  spec.alpha_channel = -1;
-  std::vector<bool> half(image.channels.size(), false);
-  if (options.half_float)
-    for (std::size_t c = 0; c < half.size(); c++) half[c] = !is_depth_channel(image.channels[c]);
-  bool all_half = std::find(half.begin(), half.end(), false) == half.end();
-  bool any_half = std::find(half.begin(), half.end(), true) != half.end();
-  if (all_half) spec.set_format(OIIO::TypeDesc::HALF);
-  if (any_half && !all_half)
-    for (bool h : half)
-      spec.channelformats.push_back(h ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
-  spec.attribute("compression", "zip");
-  for (const auto& [name, value] : image.metadata) spec.attribute(name, value);
-  for (std::size_t c = 0; c < image.channels.size(); c++)
-    if (image.channels[c] == "A") spec.alpha_channel = static_cast<int>(c);
-
-  // What a viewer would choke on is repaired in a copy, made only when needed.
-  constexpr float half_max = 65504;
-  auto is_bad = [&](float v, std::size_t c) {
-    return std::isnan(v) || (half[c] && !(std::abs(v) <= half_max));
-  };
-  std::vector<float> repaired;
-  for (std::size_t i = 0; i < image.pixels.size(); i++) {
-    float v = image.pixels[i];
-    if (!is_bad(v, i % half.size())) continue;
-    if (repaired.empty()) repaired = image.pixels;
-    repaired[i] = std::isnan(v) ? 0 : std::copysign(half_max, v);
-  }
-  encode(path, spec, OIIO::TypeDesc::FLOAT,
-         repaired.empty() ? image.pixels.data() : repaired.data());
+// Encodes into memory and writes the bytes, since not every writer of
+// OpenImageIO notices a full disk.
+void encode(image_module::encode_job& job, const fs::path& path, const image_data& image) {
+  const auto& module = image_module::functions(path.string(), "");
+  pending_file pending(path);
+  job.target = path;
+  job.beside = pending.path;
+  job.width = image.width;
+  job.height = image.height;
+  auto bytes = module.encode(job);
+  if (!bytes.empty())
+    write_file(pending, [&](std::FILE* file) {
+      return std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+    });
+  pending.commit();
 }
 
 // The colour of pixel i: the first three channels, or grey.
@@ -181,11 +138,14 @@ vec3 pixel_color(const image_data& image, std::size_t i) {
 }
 
 void save_hdr(const fs::path& path, const image_data& image) {
-  std::vector<vec3> pixels(image.pixels.size() / image.channels.size());
-  for (std::size_t i = 0; i < pixels.size(); i++)
-    pixels[i] = glm::clamp(pixel_color(image, i), vec3{0}, vec3{1e37f});  // what RGBE can hold
-  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::FLOAT);
-  encode(path, spec, OIIO::TypeDesc::FLOAT, pixels.data());
+  std::vector<float> pixels(image.pixels.size() / image.channels.size() * 3);
+  for (std::size_t i = 0; i < pixels.size() / 3; i++) {
+    vec3 color = glm::clamp(pixel_color(image, i), vec3{0}, vec3{1e37f});  // what RGBE can hold
+    for (int c = 0; c < 3; c++) pixels[3 * i + static_cast<std::size_t>(c)] = color[c];
+  }
+  image_module::encode_job job;
+  job.floats = pixels;
+  encode(job, path, image);
 }
 
 void save_ldr(const fs::path& path, const image_data& image, const image_write_options& options) {
@@ -196,10 +156,11 @@ void save_ldr(const fs::path& path, const image_data& image, const image_write_o
       pixels[3 * i + static_cast<std::size_t>(c)] =
           static_cast<uint8_t>(std::clamp(color[c] * 255 + 0.5f, 0.0f, 255.0f));
   }
-  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
-  spec.attribute("Compression", lower_extension(path) == ".png" ? "zip" : "jpeg:95");
-  for (const auto& [name, value] : image.metadata) spec.attribute(name, value);
-  encode(path, spec, OIIO::TypeDesc::UINT8, pixels.data());
+  image_module::encode_job job;
+  job.bytes = pixels;
+  job.compression = lower_extension(path) == ".png" ? "zip" : "jpeg:95";
+  job.metadata = image.metadata;
+  encode(job, path, image);
 }
 
 }  // namespace
@@ -211,8 +172,7 @@ vec3 tonemap(const vec3& rgb, float exposure, bool use_filmic) {
     color[c] = std::clamp(color[c], 0.0f, 1e30f);
   }
   if (use_filmic) color = filmic(color);
-  for (int c = 0; c < 3; c++)
-    color[c] = linear_to_srgb(color[c]);
+  for (int c = 0; c < 3; c++) color[c] = linear_to_srgb(color[c]);
   return color;
 }
 

@@ -89,7 +89,7 @@ float visibility(const render_scene& scene, ray3 ray) {
     left *= 1 - eval_material(scene, p).opacity;
     if (left <= 0) return 0;
     float travelled = glm::distance(ray.o, p.position);
-    ray3 next = spawn_ray(p, ray.d, ray.tmax - travelled);
+    ray3 next = spawn_ray(p, ray.d, ray.d, ray.tmax - travelled);
     if (next.tmax <= next.tmin) return left;
     ray = next;
   }
@@ -103,6 +103,9 @@ struct path_state {
   // The last vertex that sampled lights, for the weights of lights that are hit.
   vec3 position = {0, 0, 0};
   float pdf = 0;  // of the scattered ray; 0: lights count in full
+  // Radiance is 1 / ior^2 smaller inside of a solid than it will be again outside:
+  // what roulette must not take for a loss.
+  float refraction = 1;
 };
 
 void add_environments(const render_scene& scene, const vec3& direction, path_state& path) {
@@ -124,10 +127,19 @@ void add_emission(const render_scene& scene, const surface_point& p, const vec3&
   path.radiance += path.weight * emission * mis;
 }
 
+// The side from which a ray leaves: that of the viewer where nothing passes
+// through, even if smoothed normals send the ray below the face. It then meets
+// the face again instead of leaking inside.
+const vec3& side_of(const render_scene& scene, const surface_point& p, const vec3& outgoing,
+                    const vec3& direction) {
+  auto type = scene.scene.materials[static_cast<std::size_t>(p.material)].type;
+  return is_transmissive(type) || type == material_type::transparent ? direction : outgoing;
+}
+
 // Next-event estimation: scatter(direction) gives value and pdf.
 template <typename Scatter>
-void add_light_sample(const render_scene& scene, const surface_point& p, const vec4& u,
-                      path_state& path, Scatter&& scatter) {
+void add_light_sample(const render_scene& scene, const surface_point& p, const vec3& outgoing,
+                      const vec4& u, path_state& path, Scatter&& scatter) {
   light_sample light = sample_light(scene, p.position, u);
   if (light.pdf <= 0 || light.radiance == vec3{0, 0, 0}) return;
   hair::hair_value<float> f = scatter(light.direction);
@@ -140,7 +152,9 @@ void add_light_sample(const render_scene& scene, const surface_point& p, const v
     if (u.w * q >= most) return;
     c *= q / most;
   }
-  path.radiance += c * visibility(scene, spawn_ray(p, light.direction, light.distance));
+  path.radiance += c * visibility(scene, spawn_ray(p, light.direction,
+                                                   side_of(scene, p, outgoing, light.direction),
+                                                   light.distance));
 }
 
 void record_first_hit(const render_scene& scene, const surface_point& p, const ray3& ray,
@@ -162,7 +176,7 @@ bool scatter_hair(const render_scene& scene, const surface_point& p, const vec4&
   hair_point hair = make_hair_point(scene, p, outgoing, path.weight);
   mat3 to_local = glm::transpose(hair.frame);
   if (!scene.lights->sources.empty())
-    add_light_sample(scene, p, u_light, path, [&](const vec3& direction) {
+    add_light_sample(scene, p, outgoing, u_light, path, [&](const vec3& direction) {
       return hair::eval_hair_with_pdf<float>(*hair.bsdf, hair.hit, to_local * direction);
     });
   vec3 wi = hair::sample_hair<float>(*hair.bsdf, hair.hit, u_bsdf);
@@ -171,7 +185,8 @@ bool scatter_hair(const render_scene& scene, const surface_point& p, const vec4&
   path.weight *= f.value / f.pdf;
   path.pdf = scene.lights->sources.empty() ? 0 : f.pdf;
   path.position = p.position;
-  ray = spawn_ray(p, glm::normalize(hair.frame * wi));
+  vec3 incoming = glm::normalize(hair.frame * wi);
+  ray = spawn_ray(p, incoming, incoming);
   return true;
 }
 
@@ -194,7 +209,7 @@ bool scatter_surface(const render_scene& scene, const surface_point& p, const ma
     };
     bool sample_lights = media.empty() && !scene.lights->sources.empty();
     if (sample_lights)
-      add_light_sample(scene, p, u_light, path, [&](const vec3& direction) {
+      add_light_sample(scene, p, outgoing, u_light, path, [&](const vec3& direction) {
         hair::hair_value<float> f;
         if (volumetric && crosses(direction)) return f;
         f.value = eval_bsdf(m, p.normal, outgoing, direction);
@@ -209,13 +224,14 @@ bool scatter_surface(const render_scene& scene, const surface_point& p, const ma
     path.pdf = sample_lights && !(volumetric && crosses(incoming)) ? pdf : 0;
     path.position = p.position;
   }
-  if (volumetric && glm::dot(p.normal, outgoing) * glm::dot(p.normal, incoming) < 0) {
-    if (glm::dot(p.normal, incoming) < 0)
-      media.push(m);
-    else
-      media.pop();
+  if (glm::dot(p.normal, outgoing) * glm::dot(p.normal, incoming) < 0) {
+    bool enters = glm::dot(p.normal, incoming) < 0;
+    if (volumetric && enters) media.push(m);
+    if (volumetric && !enters) media.pop();
+    if (m.type == material_type::refractive || m.type == material_type::subsurface)
+      path.refraction *= enters ? m.ior * m.ior : 1 / (m.ior * m.ior);
   }
-  ray = spawn_ray(p, incoming);
+  ray = spawn_ray(p, incoming, side_of(scene, p, outgoing, incoming));
   return true;
 }
 
@@ -241,7 +257,7 @@ bool scatter_medium(const material_point& medium, float t, const vec4& u, const 
 
 // Russian roulette by throughput.
 bool survives(path_state& path, int bounce, float u) {
-  float q = roulette_factor * max_component(path.weight);
+  float q = roulette_factor * max_component(path.weight) * path.refraction;
   if (!(q > 0)) return false;
   if (bounce <= roulette_start || q >= 1) return true;
   path.weight /= q;
@@ -294,7 +310,7 @@ path_result trace_path(const render_scene& scene, ray3 ray, const sample_state& 
     if (m.type == material_type::hair && !is_hair) m.type = material_type::matte;  // faces, points
     if (m.opacity < 1 && misc().x >= m.opacity) {
       if (++passed > max_pass_through) break;
-      ray = spawn_ray(p, ray.d);
+      ray = spawn_ray(p, ray.d, ray.d);
       continue;
     }
     result.covered = true;

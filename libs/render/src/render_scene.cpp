@@ -92,6 +92,12 @@ part_report texture_part(const scene_data& scene, const std::vector<bool>& used)
   return part;
 }
 
+// OpenImageIO is loaded when an image is read.
+part_report image_part(const std::vector<bool>& used) {
+  bool read = std::find(used.begin(), used.end(), true) != used.end();
+  return {"image library", read, read ? "textures are read" : "no texture is read", 0, 0};
+}
+
 part_report hair_part(const scene_data& scene) {
   auto count = std::count_if(scene.materials.begin(), scene.materials.end(),
                              [](const auto& m) { return m.type == material_type::hair; });
@@ -163,6 +169,7 @@ std::vector<part_report> plan_parts(const scene_data& scene) {
   auto displaced = displacement_textures(scene);
   for (std::size_t i = 0; i < used.size(); i++) used[i] = used[i] || displaced[i];
   parts.push_back(texture_part(scene, used));
+  parts.push_back(image_part(used));
   parts.push_back(hair_part(scene));
   element_use elements = count_elements(scene);
   for (const auto& subdiv : scene.subdivs)
@@ -194,7 +201,8 @@ render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
 
   double start = now();
   part_report part = subdiv_part(scene);
-  std::size_t bytes = load_textures(scene, displacement_textures(scene), options.threads);
+  auto displaced = displacement_textures(scene);
+  std::size_t bytes = load_textures(scene, displaced, options.threads);
   tesselate_subdivs(scene);
   part.seconds = now() - start;
   parts.push_back(part);
@@ -222,6 +230,8 @@ render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
   part.seconds = now() - start;
   part.bytes = bytes;
   parts.push_back(part);
+  for (std::size_t i = 0; i < used.size(); i++) displaced[i] = displaced[i] || used[i];
+  parts.push_back(image_part(displaced));
   for (std::size_t i = 0; i < used.size(); i++)  // displacement has done its work
     if (!used[i]) scene.textures[i].pixelsf = {}, scene.textures[i].pixelsb = {};
 

@@ -135,10 +135,8 @@ void eval_strand(const render_scene& scene, const ray3& ray, const ray_hit& hit,
     float depth = std::sqrt(std::max(0.0f, 1 - p.h * p.h));
     p.normal = normalize_or_zero(p.across * p.h + facing * depth);
     p.position += facing * (p.radius * depth);
-    p.skip = 2.1f * p.radius;
   } else {
     p.normal = facing;
-    p.skip = 1.1f * p.radius;
   }
   p.geometric_normal = p.normal;
 
@@ -182,22 +180,23 @@ surface_point eval_surface(const render_scene& scene, const ray3& ray, const ray
   return p;
 }
 
-ray3 spawn_ray(const surface_point& point, const vec3& direction, float tmax) {
+ray3 spawn_ray(const surface_point& point, const vec3& direction, const vec3& towards, float tmax) {
   if (point.kind == element_kind::strand) {
-    // The ribbon that faces the new ray holds the axis: the ray crosses it where
-    // it passes the axis, at most radius / cos(theta) ahead; it leaves a tube at
-    // most a diameter / cos(theta) ahead. At grazing angles the skip is bounded.
+    // A tube is left at most a diameter / cos(theta) ahead. So is the ribbon that
+    // faces the new ray: it holds the axis, which the ray passes at most half as
+    // far ahead, and its pieces have caps. At grazing angles the skip is bounded.
+    float skip = 2.1f * point.radius;
     float along = glm::dot(direction, point.tangent);
     float cos2 = std::max(1 - along * along, 1e-6f);
     float size = std::max(std::abs(point.position.x),
                           std::max(std::abs(point.position.y), std::abs(point.position.z)));
-    float start = std::min(point.skip / std::sqrt(cos2), 10 * point.skip) + size * 1e-6f;
+    float start = std::min(skip / std::sqrt(cos2), 10 * skip) + size * 1e-6f;
     return {point.position, direction, start, tmax};
   }
   float size = std::max(std::abs(point.position.x),
                         std::max(std::abs(point.position.y), std::abs(point.position.z)));
   float offset = std::max(size * 2e-6f, 1e-30f);
-  bool outside = glm::dot(direction, point.geometric_normal) > 0;
+  bool outside = glm::dot(towards, point.geometric_normal) > 0;
   return {point.position + point.geometric_normal * (outside ? offset : -offset), direction, 0,
           tmax};
 }

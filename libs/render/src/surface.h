@@ -29,7 +29,6 @@ struct surface_point {
   float h = 0;                        // across the strand, see hair/bsdf.h
   vec3 across = {0, 0, 0};            // h points along this, unit
   float radius = 0;                   // of the strand here, world units
-  float skip = 0;                     // how far across the strand its own fibre reaches
   vec2 texcoord = {0, 0};
   vec4 color = {1, 1, 1, 1};
 };
@@ -43,8 +42,9 @@ inline material_point eval_material(const render_scene& scene, const surface_poi
 }
 
 // A ray that leaves the point: its start is moved off the surface by the
-// rounding of the position; on a strand, which is left as if from the axis, it
-// begins where it has left the fibre.
-ray3 spawn_ray(const surface_point& point, const vec3& direction, float tmax = infinity);
+// rounding of the position, to the side that `towards` points to; on a strand,
+// which is left as if from the axis, it begins where it has left the fibre.
+ray3 spawn_ray(const surface_point& point, const vec3& direction, const vec3& towards,
+               float tmax = infinity);
 
 }  // namespace wisp
