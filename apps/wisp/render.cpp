@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -89,6 +90,13 @@ std::string progress_text(const wisp::trace_progress& p, const wisp::trace_optio
                      format_duration(left));
 }
 
+// True if an output is not .exr, which needs no image library.
+bool encodes_images(const std::vector<std::string>& outputs) {
+  return std::any_of(outputs.begin(), outputs.end(), [](const std::string& output) {
+    return CLI::detail::to_lower(fs::path(output).extension().string()) != ".exr";
+  });
+}
+
 void save_outputs(const render_arguments& args, const wisp::image_data& image) {
   wisp::image_write_options options;
   options.exposure = args.exposure;
@@ -162,6 +170,11 @@ int run_render(render_arguments args, const std::string& command_line) {
                state.paths_with_errors);
   if (!args.report.empty()) {
     auto parts = scene.parts;
+    for (auto& part : parts)
+      if (part.name == "image library" && encodes_images(args.outputs)) {
+        part.why = part.built ? part.why + ", and an output is encoded" : "an output is encoded";
+        part.built = true;
+      }
     std::size_t pixels = state.samples.size();
     parts.push_back({"film", true, fmt::format("{} x {} pixels", state.width, state.height), 0,
                      pixels * (sizeof(wisp::dvec4) + sizeof(double) + sizeof(uint32_t))});
