@@ -23,7 +23,8 @@ inline float triangle_area(const vec3& a, const vec3& b, const vec3& c) {
 WISP_API std::vector<ivec3> quads_to_triangles(std::span<const ivec4> quads);
 
 // Area-weighted vertex normals of unit length; zero for vertices of no face.
-WISP_API std::vector<vec3> vertex_normals(std::span<const ivec3> triangles, std::span<const ivec4> quads,
+WISP_API std::vector<vec3> vertex_normals(std::span<const ivec3> triangles,
+                                          std::span<const ivec4> quads,
                                           std::span<const vec3> positions);
 
 // Area-weighted points on the faces of a mesh, by inversion of the running sum.

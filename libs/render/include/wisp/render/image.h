@@ -25,9 +25,9 @@ struct image_data {
 };
 
 struct image_write_options {
-  float exposure = 0;        // stops, for formats that are tone mapped
-  bool filmic = true;        // tone curve of .png and .jpg; false: plain sRGB, clipped
-  bool half_float = false;   // .exr: half instead of float, except for depth ("Z", "depth.Z")
+  float exposure = 0;       // stops, for formats that are tone mapped
+  bool filmic = true;       // tone curve of .png and .jpg; false: plain sRGB, clipped
+  bool half_float = false;  // .exr: half instead of float, except for depth ("Z", "depth.Z")
 };
 
 // Reads an image file into a texture: fills width, height and one of the pixel
@@ -41,7 +41,8 @@ WISP_API void load_texture(texture_data& texture);
 // Loads the textures with used[i] true that have no pixels yet, over `threads`
 // threads. Returns the bytes of the pixels of all used ones. Throws the
 // file_error of the first that fails, by index.
-WISP_API std::size_t load_textures(scene_data& scene, const std::vector<bool>& used, int threads = 0);
+WISP_API std::size_t load_textures(scene_data& scene, const std::vector<bool>& used,
+                                   int threads = 0);
 
 // Reads any image file as float with the names of its channels and its text
 // metadata; integer samples are decoded from sRGB, except for alpha.

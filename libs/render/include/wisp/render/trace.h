@@ -52,7 +52,7 @@ struct trace_state {
   std::vector<float> depth = {};
   std::vector<uint32_t> depth_samples = {};
   bool error_image = false;
-  float brightness = 0;  // of the picture, about; steers roulette
+  float brightness = 0;            // of the picture, about; steers roulette
   uint64_t paths_with_errors = 0;  // paths dropped for a value that is not finite
 };
 

@@ -105,7 +105,7 @@ struct material_data {
   int color_tex = invalid_id;      // alpha multiplies opacity
   int roughness_tex = invalid_id;  // green: roughness, blue: metallic, as in glTF
   int scattering_tex = invalid_id;
-  int normal_tex = invalid_id;     // tangent space, green up as in glTF and Yocto/GL
+  int normal_tex = invalid_id;  // tangent space, green up as in glTF and Yocto/GL
 };
 
 enum struct curve_basis { linear, bezier, bspline, catmull_rom };
@@ -147,9 +147,12 @@ inline std::size_t strand_count(const shape_data& s) {
 // does not fit the basis.
 inline uint32_t segment_count(curve_basis basis, uint32_t points) {
   switch (basis) {
-    case curve_basis::linear: return points >= 2 ? points - 1 : 0;
-    case curve_basis::bezier: return points >= 4 && points % 3 == 1 ? (points - 1) / 3 : 0;
-    default: return points >= 4 ? points - 3 : 0;
+    case curve_basis::linear:
+      return points >= 2 ? points - 1 : 0;
+    case curve_basis::bezier:
+      return points >= 4 && points % 3 == 1 ? (points - 1) / 3 : 0;
+    default:
+      return points >= 4 ? points - 3 : 0;
   }
 }
 
