@@ -126,8 +126,11 @@ void convert(const strided& from, std::size_t count, std::size_t components, boo
 std::vector<uint32_t> sparse_indices(const gltf_file& file, const tinygltf::Accessor& accessor,
                                      const std::string& place) {
   const auto& sparse = accessor.sparse;
+  // The offsets are int or size_t, as tinygltf's version goes.
+  constexpr auto largest = static_cast<std::size_t>(std::numeric_limits<int>::max());
+  auto offset_fits = [&](auto offset) { return static_cast<std::size_t>(offset) <= largest; };
   if (sparse.count < 0 || static_cast<std::size_t>(sparse.count) > accessor.count ||
-      sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0)
+      !offset_fits(sparse.indices.byteOffset) || !offset_fits(sparse.values.byteOffset))
     fail(file, place, "its sparse part is out of range");
   auto count = static_cast<std::size_t>(sparse.count);
   auto where = place + ".sparse.indices";
