@@ -31,69 +31,69 @@
 #include <glm/vec4.hpp>
 
 #include "wisp/hair/math.h"
+#include "wisp/hair/parameters.h"
 
 namespace wisp::hair {
 
-// The largest p_max: lobes 0 .. p_max - 1 are exact, lobe p_max gathers the rest.
-inline constexpr int max_p_max = 6;
-// Roughness below this is taken as this: at it a lobe is 7e-5 radians wide.
-inline constexpr double min_roughness = 1e-4;
-
+// Lobes are worked on in fours, so that compilers make vector code of them:
+// arrays over lobes have room for max_p_max + 1 in whole fours.
+inline constexpr std::size_t lobe_room = 8;
 template <typename T>
-struct hair_parameters {
-  T eta = T(1.55);    // index of refraction, >= 1
-  T beta_m = T(0.3);  // longitudinal roughness, [0, 1]; clamped to [min_roughness, 1]
-  T beta_n = T(0.3);  // azimuthal roughness, [0, 1]; clamped to [min_roughness, 1]
-  T alpha = T(2);     // tilt of the scales, degrees
-  int p_max = 3;      // [1, max_p_max]
-};
-
-// Longitudinal variance v of R for a roughness beta_m (Chiang et al. 2016, equation 7).
-template <typename T>
-inline T longitudinal_variance(T beta_m) {
-  T b = beta_m;
-  return sqr(T(0.726) * b + T(0.812) * b * b + T(3.7) * std::pow(b, T(20)));
-}
-// Scale s of the logistic for a roughness beta_n (Chiang et al. 2016, equation 8).
-template <typename T>
-inline T logistic_scale(T beta_n) {
-  T b = beta_n;
-  return T(0.626657069) * (T(0.265) * b + T(1.194) * b * b + T(5.372) * std::pow(b, T(22)));
-}
+using lobe_array = std::array<T, lobe_room>;
 
 // What follows from the material alone.
 template <typename T>
 struct hair_bsdf {
   T eta = T(1.55);
   int p_max = 3;
-  T s = 0;               // logistic scale
-  T logistic_norm = 0;   // 1 / (s * probability of [-pi, pi])
-  T logistic_cdf_a = 0;  // cdf at -pi
-  // For each lobe: variance, 1 / (2 v), exp(-2 / v), 1 / (v (1 - exp(-2 / v))),
-  // sine and cosine of the tilt.
-  std::array<T, max_p_max + 1> v = {}, half_over_v = {}, exp_m2_over_v = {}, mp_norm = {};
-  std::array<T, max_p_max + 1> sin_tilt = {}, cos_tilt = {};
+  bool has_strength = false;  // a strength is not 1
+  // For each lobe, those past p_max being 0: variance, 1 / v, exp(-2 / v),
+  // 1 / (v (1 - exp(-2 / v))), sine and cosine of the tilt;
+  lobe_array<T> v = {}, inv_v = {}, exp_m2_over_v = {}, mp_norm = {}, sin_tilt = {}, cos_tilt = {};
+  // scale s of the logistic, 1 / s, the density's norm and the distribution at
+  // -pi. For lobe p_max, which is uniform, 1 / s = 0.
+  lobe_array<T> s = {}, inv_s = {}, np_norm = {}, logistic_cdf_a = {};
+  std::array<glm::vec<3, T>, 3> strength = {};
 };
 
+// Cost: about as much as ten calls of eval_hair_with_pdf. Non-finite parameters
+// are the caller's error.
 template <typename T>
 inline hair_bsdf<T> make_hair_bsdf(const hair_parameters<T>& parameters) {
   hair_bsdf<T> bsdf;
   bsdf.eta = std::max(T(1), parameters.eta);
   bsdf.p_max = std::clamp(parameters.p_max, 1, max_p_max);
-  T lowest = static_cast<T>(min_roughness);
-  T v = longitudinal_variance(std::clamp(parameters.beta_m, lowest, T(1)));
-  bsdf.s = logistic_scale(std::clamp(parameters.beta_n, lowest, T(1)));
-  T e = std::exp(-pi_v<T> / bsdf.s);
-  bsdf.logistic_cdf_a = e / (1 + e);
-  bsdf.logistic_norm = (1 + e) / (bsdf.s * (1 - e));
+  bsdf.strength = parameters.strength;
+  for (const auto& strength : bsdf.strength)
+    if (strength != glm::vec<3, T>(1)) bsdf.has_strength = true;
+
+  auto limited = [](T beta) { return std::clamp(beta, static_cast<T>(min_roughness), T(1)); };
+  T coat = 1 - std::clamp(parameters.coat, T(0), T(1));
+  T v = longitudinal_variance(limited(parameters.beta_m));
+  T s = logistic_scale(limited(parameters.beta_n));
   T alpha = parameters.alpha * (pi_v<T> / 180);
   for (int p = 0; p <= bsdf.p_max; p++) {
     auto i = static_cast<std::size_t>(p);
+    const glm::vec<2, T>& own = parameters.roughness[std::min(i, std::size_t(2))];
     // [P] section 3.1: TT is narrower, TRT and beyond are wider.
-    bsdf.v[i] = p == 0 ? v : p == 1 ? v / 4 : 4 * v;
-    bsdf.half_over_v[i] = 1 / (2 * bsdf.v[i]);
-    bsdf.exp_m2_over_v[i] = std::exp(-2 / bsdf.v[i]);
-    bsdf.mp_norm[i] = -1 / (bsdf.v[i] * std::expm1(-2 / bsdf.v[i]));
+    T lobe_v = p == 0 ? v : p == 1 ? v / 4 : 4 * v;
+    if (own.x >= 0) lobe_v = longitudinal_variance(limited(own.x));
+    if (p == 0 && coat < 1)
+      lobe_v = longitudinal_variance(limited(coat * (own.x >= 0 ? own.x : parameters.beta_m)));
+    bsdf.v[i] = lobe_v;
+    bsdf.inv_v[i] = 1 / lobe_v;
+    bsdf.exp_m2_over_v[i] = std::exp(-2 / lobe_v);
+    bsdf.mp_norm[i] = -1 / (lobe_v * std::expm1(-2 / lobe_v));
+    if (p < bsdf.p_max) {
+      T lobe_s = own.y >= 0 ? logistic_scale(limited(own.y)) : s;
+      T e = std::exp(-pi_v<T> / lobe_s);
+      bsdf.s[i] = lobe_s;
+      bsdf.inv_s[i] = 1 / lobe_s;
+      bsdf.logistic_cdf_a[i] = e / (1 + e);
+      bsdf.np_norm[i] = (1 + e) / (lobe_s * (1 - e));
+    } else {
+      bsdf.np_norm[i] = 2 / pi_v<T>;  // with 1 / s = 0: uniform, 1 / (2 pi)
+    }
     // [P] section 3.4: scales turn R by -2 alpha, TT by alpha, TRT by 4 alpha;
     // later lobes and the residual stay.
     T tilt = p == bsdf.p_max ? T(0)
@@ -114,11 +114,12 @@ inline hair_bsdf<T> make_hair_bsdf(const hair_parameters<T>& parameters) {
 // join to -(1 + sin_i sin_o - cos_i cos_o) / v, half a sum of squares over v:
 // nothing overflows or cancels for any v > 0. mp_norm = 1 / (v (1 - exp(-2 / v))).
 template <typename T>
-inline T longitudinal_mp(T sin_theta_i, T cos_theta_i, T sin_theta_o, T cos_theta_o, T half_over_v,
+inline T longitudinal_mp(T sin_theta_i, T cos_theta_i, T sin_theta_o, T cos_theta_o, T inv_v,
                          T mp_norm) {
+  using S = detail::scalar_of<T>;
   T d = sqr(sin_theta_i + sin_theta_o) + sqr(cos_theta_i - cos_theta_o);
-  T a = cos_theta_i * cos_theta_o * 2 * half_over_v;
-  return bessel_i0e(a) * std::exp(-d * half_over_v) * mp_norm;
+  T a = cos_theta_i * cos_theta_o * inv_v;
+  return bessel_i0e<T>(a) * detail::exp_nonpositive<T>(S(-0.5) * d * inv_v) * mp_norm;
 }
 
 // Phi(p, h): the azimuth by which light of mode p leaves ([P] section 3.3).
@@ -129,43 +130,52 @@ inline T exit_azimuth_phi(int p, T gamma_o, T gamma_t) {
 }
 
 // N_p: the logistic distribution around Phi(p, h), trimmed to [-pi, pi]. `dphi`
-// is phi - Phi, of any size.
+// is phi - Phi, of any size. np_norm = 1 / (s * probability of [-pi, pi]).
 template <typename T>
-inline T azimuthal_np(T dphi, T s, T logistic_norm) {
-  T e = std::exp(-std::abs(wrap_angle(dphi)) / s);
-  return e * logistic_norm / sqr(1 + e);
+inline T azimuthal_np(T dphi, T inv_s, T np_norm) {
+  using S = detail::scalar_of<T>;
+  T e = detail::exp_nonpositive<T>(-detail::magnitude<T>(wrap_angle<T>(dphi)) * inv_s);
+  T r = S(1) / (S(1) + e);
+  return e * np_norm * r * r;
 }
 
-// Reflectance of a smooth dielectric seen from outside under the cosine c >= 0.
+// What a smooth dielectric, seen from outside under the cosine c >= 0, reflects,
+// and what it lets in: 1 - reflected, without the cancellation at grazing angles.
 template <typename T>
-inline T fresnel_dielectric(T c, T eta) {
-  T g = safe_sqrt(eta * eta - 1 + c * c);  // eta cos_t
-  if (g + c <= 0) return T(1);
+struct fresnel_terms {
+  T reflected = 1, transmitted = 0;
+};
+template <typename T>
+inline fresnel_terms<T> fresnel_dielectric(T c, T eta) {
   T n2 = eta * eta;
-  T perpendicular = (c - g) / (c + g);
-  T parallel = (n2 * c - g) / (n2 * c + g);
-  return std::clamp((sqr(perpendicular) + sqr(parallel)) / 2, T(0), T(1));
+  T g = safe_sqrt(n2 - 1 + c * c);  // eta cos_t
+  if (g + c <= 0) return {};
+  T perpendicular = 1 / (c + g), parallel = 1 / (n2 * c + g);
+  T reflected = (sqr((c - g) * perpendicular) + sqr((n2 * c - g) * parallel)) / 2;
+  T transmitted = 2 * c * g * (sqr(perpendicular) + n2 * sqr(parallel));
+  return {std::min(reflected, T(1)), std::min(transmitted, T(1))};
 }
 
 // A_p: the part of the light in each mode, [P] section 3.2: Fresnel, and the
 // transmittance of each pass through the fibre; entry p_max is the sum of all
 // later modes.
 template <typename T>
-inline std::array<glm::vec<3, T>, max_p_max + 1> attenuation_ap(T fresnel,
+inline std::array<glm::vec<3, T>, max_p_max + 1> attenuation_ap(const fresnel_terms<T>& fresnel,
                                                                 const glm::vec<3, T>& transmittance,
                                                                 int p_max) {
-  std::array<glm::vec<3, T>, max_p_max + 1> ap = {};
-  ap[0] = glm::vec<3, T>(fresnel);
-  glm::vec<3, T> tf = transmittance * fresnel;
-  glm::vec<3, T> a = sqr(1 - fresnel) * transmittance;
-  for (int p = 1; p < p_max; p++) {
-    ap[static_cast<std::size_t>(p)] = a;
+  std::array<glm::vec<3, T>, max_p_max + 1> ap;
+  ap[0] = glm::vec<3, T>(fresnel.reflected);
+  glm::vec<3, T> tf = transmittance * fresnel.reflected;
+  glm::vec<3, T> a = sqr(fresnel.transmitted) * transmittance;
+  auto last = static_cast<std::size_t>(p_max);
+  for (std::size_t p = 1; p < last; p++) {
+    ap[p] = a;
     a *= tf;
   }
-  // The geometric series; at F = T = 1 nothing enters and 0 / 0 is 0.
-  auto last = static_cast<std::size_t>(p_max);
+  // The geometric series; at F = T = 1 nothing enters and 0 / 0 is 0. Its
+  // denominator 1 - T F is written as a sum of what is lost.
   for (int k = 0; k < 3; k++) {
-    T rest = 1 - tf[k];
+    T rest = fresnel.transmitted + fresnel.reflected * (1 - transmittance[k]);
     ap[last][k] = rest > 0 ? a[k] / rest : T(0);
   }
   return ap;
@@ -175,12 +185,13 @@ inline std::array<glm::vec<3, T>, max_p_max + 1> attenuation_ap(T fresnel,
 template <typename T>
 struct hair_hit {
   T sin_theta_o = 0, cos_theta_o = 1;
-  // (cos, sin) of phi_o, so that phi of another direction needs one atan2.
+  // (cos, sin) of phi_o, so that phi of another direction needs one arc tangent.
   T cos_phi_o = 1, sin_phi_o = 0;
-  T gamma_o = 0, gamma_t = 0;
-  std::array<glm::vec<3, T>, max_p_max + 1> ap = {};
-  std::array<T, max_p_max + 1> lobe_probability = {};
-  std::array<T, max_p_max + 1> sin_theta_op = {}, cos_theta_op = {};  // tilted
+  // For each lobe: A_p, and in w the probability that it is drawn; sine and
+  // cosine of theta_o with the lobe's tilt; Phi(p, h).
+  // Entries past lobe p_max are not set.
+  lobe_array<glm::vec<4, T>> ap;
+  lobe_array<T> sin_theta_op, cos_theta_op, exit_phi;
 };
 
 // Rec. 709 luminance, the default measure by which lobes are chosen.
@@ -203,7 +214,6 @@ inline hair_hit<T> make_hair_hit(const hair_bsdf<T>& bsdf, const glm::vec<3, T>&
     hit.cos_phi_o = wo.y / across;
     hit.sin_phi_o = wo.z / across;
   }
-  hit.gamma_o = safe_asin(h);
 
   // Refraction into the fibre: theta_t along it, gamma_t across it with the
   // modified index eta' = sqrt(eta^2 - sin^2 theta_o) / cos theta_o.
@@ -211,30 +221,44 @@ inline hair_hit<T> make_hair_hit(const hair_bsdf<T>& bsdf, const glm::vec<3, T>&
   T cos_theta_t = safe_sqrt(1 - sqr(sin_theta_t));
   T eta_cos = safe_sqrt(sqr(bsdf.eta) - sqr(hit.sin_theta_o));  // eta' cos theta_o
   T sin_gamma_t = eta_cos > 0 ? std::clamp(h * hit.cos_theta_o / eta_cos, T(-1), T(1)) : T(0);
-  T cos_gamma_t = safe_sqrt(1 - sqr(sin_gamma_t));
-  hit.gamma_t = safe_asin(sin_gamma_t);
-
+  T cos_gamma_t = safe_sqrt((1 - sin_gamma_t) * (1 + sin_gamma_t));
   T cos_gamma_o = safe_sqrt((1 - h) * (1 + h));
-  T fresnel = fresnel_dielectric(hit.cos_theta_o * cos_gamma_o, bsdf.eta);
-  T path = cos_theta_t > 0 ? 2 * cos_gamma_t / cos_theta_t : T(0);
-  glm::vec<3, T> transmittance = {std::exp(-sigma_a.x * path), std::exp(-sigma_a.y * path),
-                                  std::exp(-sigma_a.z * path)};
-  hit.ap = attenuation_ap(fresnel, transmittance, bsdf.p_max);
+  using four = std::array<T, 4>;
+  four gamma =
+      detail::in_lanes<T>([](auto s, auto c) { return detail::arc_sine(s, c); },
+                          four{h, sin_gamma_t, 0, 0}, four{cos_gamma_o, cos_gamma_t, 1, 1});
+
+  T path = cos_theta_t > 0 ? -2 * cos_gamma_t / cos_theta_t : T(0);
+  auto transmittance =
+      detail::in_lanes<T>([](auto x) { return detail::exp_nonpositive(x); },
+                          four{sigma_a.x * path, sigma_a.y * path, sigma_a.z * path, 0});
+  auto ap = attenuation_ap(fresnel_dielectric(hit.cos_theta_o * cos_gamma_o, bsdf.eta),
+                           {transmittance[0], transmittance[1], transmittance[2]}, bsdf.p_max);
 
   T sum = 0;
   for (int p = 0; p <= bsdf.p_max; p++) {
     auto i = static_cast<std::size_t>(p);
-    hit.sin_theta_op[i] = hit.sin_theta_o * bsdf.cos_tilt[i] + hit.cos_theta_o * bsdf.sin_tilt[i];
-    hit.cos_theta_op[i] =
-        std::abs(hit.cos_theta_o * bsdf.cos_tilt[i] - hit.sin_theta_o * bsdf.sin_tilt[i]);
-    hit.lobe_probability[i] = glm::dot(hit.ap[i], channel_weight);
-    sum += hit.lobe_probability[i];
+    if (bsdf.has_strength) ap[i] *= bsdf.strength[std::min(i, std::size_t(2))];
+    T weight = glm::dot(ap[i], channel_weight);
+    hit.ap[i] = glm::vec<4, T>(ap[i], weight);
+    sum += weight;
   }
-  if (sum > 0) {
-    for (int p = 0; p <= bsdf.p_max; p++) hit.lobe_probability[static_cast<std::size_t>(p)] /= sum;
-  } else {  // a weight of zero where there is light: all lobes alike
-    for (int p = 0; p <= bsdf.p_max; p++)
-      hit.lobe_probability[static_cast<std::size_t>(p)] = 1 / static_cast<T>(bsdf.p_max + 1);
+  // A weight of zero where there may be light: all lobes alike.
+  T scale = sum > 0 ? 1 / sum : T(0);
+  T same = sum > 0 ? T(0) : 1 / static_cast<T>(bsdf.p_max + 1);
+  for (int p = 0; p <= bsdf.p_max; p++) {
+    T& probability = hit.ap[static_cast<std::size_t>(p)].w;
+    probability = probability * scale + same;
+  }
+  std::size_t lobes = bsdf.p_max < 4 ? 4 : lobe_room;
+  for (std::size_t first = 0; first < lobes; first += 4) {
+    for (std::size_t k = 0; k < 4; k++) {
+      std::size_t i = first + k;
+      hit.sin_theta_op[i] = hit.sin_theta_o * bsdf.cos_tilt[i] + hit.cos_theta_o * bsdf.sin_tilt[i];
+      hit.cos_theta_op[i] =
+          std::abs(hit.cos_theta_o * bsdf.cos_tilt[i] - hit.sin_theta_o * bsdf.sin_tilt[i]);
+      hit.exit_phi[i] = exit_azimuth_phi(static_cast<int>(i), gamma[0], gamma[1]);
+    }
   }
   return hit;
 }
@@ -245,26 +269,53 @@ struct hair_value {
   T pdf = 0;                         // by solid angle
 };
 
+namespace detail {
+
+// M_p N_p of the lobes from i on, of one or of as many as F holds, to mn.
+template <typename F, typename T>
+inline void eval_mn(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit, T sin_theta_i, T cos_theta_i,
+                    T phi, std::size_t i, lobe_array<T>& mn) {
+  auto load = [i](const lobe_array<T>& a) {
+    F f;
+    std::memcpy(&f, a.data() + i, sizeof(F));
+    return f;
+  };
+  F mp = longitudinal_mp<F>(splat<F>(sin_theta_i), splat<F>(cos_theta_i), load(hit.sin_theta_op),
+                            load(hit.cos_theta_op), load(bsdf.inv_v), load(bsdf.mp_norm));
+  F np = azimuthal_np<F>(phi - load(hit.exit_phi), load(bsdf.inv_s), load(bsdf.np_norm));
+  mp *= np;
+  std::memcpy(mn.data() + i, &mp, sizeof(F));
+}
+
+template <typename T>
+inline hair_value<T> eval_lobes(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit, T sin_theta_i,
+                                T cos_theta_i, T phi) {
+  lobe_array<T> mn;
+  auto last = static_cast<std::size_t>(bsdf.p_max);
+#if defined(WISP_HAIR_LANES)
+  if constexpr (std::is_same_v<T, float>) {
+    for (std::size_t i = 0; i <= last; i += WISP_HAIR_LANES)
+      eval_mn<float_lanes>(bsdf, hit, sin_theta_i, cos_theta_i, phi, i, mn);
+  } else
+#endif
+    for (std::size_t i = 0; i <= last; i++)
+      eval_mn<T>(bsdf, hit, sin_theta_i, cos_theta_i, phi, i, mn);
+  glm::vec<4, T> sum = hit.ap[0] * mn[0];
+  for (std::size_t i = 1; i <= last; i++) sum += hit.ap[i] * mn[i];
+  return {{sum.x, sum.y, sum.z}, sum.w};
+}
+
+}  // namespace detail
+
 // Value and density together; they share all but the weights.
 template <typename T>
 inline hair_value<T> eval_hair_with_pdf(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit,
                                         const glm::vec<3, T>& wi) {
   T sin_theta_i = std::clamp(wi.x, T(-1), T(1));
   T cos_theta_i = std::min(std::sqrt(wi.y * wi.y + wi.z * wi.z), T(1));
-  T phi = std::atan2(wi.z * hit.cos_phi_o - wi.y * hit.sin_phi_o,
-                     wi.y * hit.cos_phi_o + wi.z * hit.sin_phi_o);
-  hair_value<T> result;
-  for (int p = 0; p <= bsdf.p_max; p++) {
-    auto i = static_cast<std::size_t>(p);
-    T mp = longitudinal_mp(sin_theta_i, cos_theta_i, hit.sin_theta_op[i], hit.cos_theta_op[i],
-                           bsdf.half_over_v[i], bsdf.mp_norm[i]);
-    T np = p == bsdf.p_max ? 1 / (2 * pi_v<T>)
-                           : azimuthal_np(phi - exit_azimuth_phi(p, hit.gamma_o, hit.gamma_t),
-                                          bsdf.s, bsdf.logistic_norm);
-    result.value += hit.ap[i] * (mp * np);
-    result.pdf += hit.lobe_probability[i] * (mp * np);
-  }
-  return result;
+  T phi = detail::angle_of(wi.z * hit.cos_phi_o - wi.y * hit.sin_phi_o,
+                           wi.y * hit.cos_phi_o + wi.z * hit.sin_phi_o);
+  return detail::eval_lobes(bsdf, hit, sin_theta_i, cos_theta_i, phi);
 }
 
 // f |cos(theta_i)|, [P] equation 1: the sum over p of M_p A_p N_p.
@@ -274,57 +325,91 @@ inline glm::vec<3, T> eval_hair(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit
   return eval_hair_with_pdf(bsdf, hit, wi).value;
 }
 
+namespace detail {
+
+// A direction by its angles: dphi is the azimuth against wo.
+template <typename T>
+struct hair_angles {
+  T sin_theta = 0, cos_theta = 1, dphi = 0;
+};
+
+template <typename T>
+inline hair_angles<T> sample_angles(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit,
+                                    const glm::vec<4, T>& u) {
+  std::size_t p = 0, last = static_cast<std::size_t>(bsdf.p_max);
+  T rest = u.x;
+  while (p < last && rest >= hit.ap[p].w) {
+    rest -= hit.ap[p].w;
+    p++;
+  }
+  // Rounding may leave a rest behind the last lobe that has a probability.
+  while (p > 0 && hit.ap[p].w <= 0) p--;
+
+  // M_p ([P] section 4): with t = 1 - cos(theta') = -v log(u + (1 - u) exp(-2 / v)) the
+  // sine squared is t (2 - t), which does not cancel near the mirror direction.
+  T t = -bsdf.v[p] *
+        std::log(std::max(u.y + (1 - u.y) * bsdf.exp_m2_over_v[p], std::numeric_limits<T>::min()));
+  t = std::clamp(t, T(0), T(2));
+  T cos_theta = 1 - t;
+  T sin_theta = safe_sqrt(t * (2 - t));
+  auto turn = cos_sin_of(2 * pi_v<T> * u.z);
+  T sin_o = hit.sin_theta_op[p], cos_o = hit.cos_theta_op[p];
+  hair_angles<T> wi;
+  wi.sin_theta = std::clamp(sin_theta * turn.cos * cos_o - cos_theta * sin_o, T(-1), T(1));
+  // The same vector's part across the fibre: exact where the sine is near 1.
+  wi.cos_theta = std::min(
+      std::sqrt(sqr(cos_theta * cos_o + sin_theta * turn.cos * sin_o) + sqr(sin_theta * turn.sin)),
+      T(1));
+
+  if (p == last) {
+    wi.dphi = 2 * pi_v<T> * u.w;
+  } else {
+    // The inverse of the trimmed logistic's distribution function, by symmetry
+    // from the nearer end so that the tails keep their digits.
+    T w = u.w < T(0.5) ? u.w : 1 - u.w;
+    T c = bsdf.logistic_cdf_a[p] + w * (1 - 2 * bsdf.logistic_cdf_a[p]);
+    T x = bsdf.s[p] * std::log(std::max(c, std::numeric_limits<T>::min()) / (1 - c));
+    wi.dphi = hit.exit_phi[p] + std::clamp(u.w < T(0.5) ? x : -x, -pi_v<T>, pi_v<T>);
+  }
+  return wi;
+}
+
+template <typename T>
+inline glm::vec<3, T> direction_of(const hair_hit<T>& hit, const hair_angles<T>& wi) {
+  auto turn = cos_sin_of(wi.dphi);
+  return {wi.sin_theta, wi.cos_theta * (hit.cos_phi_o * turn.cos - hit.sin_phi_o * turn.sin),
+          wi.cos_theta * (hit.sin_phi_o * turn.cos + hit.cos_phi_o * turn.sin)};
+}
+
+}  // namespace detail
+
 // Draws wi with density sample_hair_pdf. u in [0, 1)^4: u.x picks the lobe, u.y
 // and u.z the longitudinal angle, u.w the azimuth.
 template <typename T>
 inline glm::vec<3, T> sample_hair(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit,
                                   const glm::vec<4, T>& u) {
-  int p = 0;
-  T rest = u.x;
-  while (p < bsdf.p_max && rest >= hit.lobe_probability[static_cast<std::size_t>(p)]) {
-    rest -= hit.lobe_probability[static_cast<std::size_t>(p)];
-    p++;
-  }
-  auto i = static_cast<std::size_t>(p);
-
-  // M_p ([P] section 4): with t = 1 - cos(theta') = -v log(u + (1 - u) exp(-2 / v)) the
-  // sine squared is t (2 - t), which does not cancel near the mirror direction.
-  T t = -bsdf.v[i] *
-        std::log(std::max(u.y + (1 - u.y) * bsdf.exp_m2_over_v[i], std::numeric_limits<T>::min()));
-  t = std::clamp(t, T(0), T(2));
-  T cos_theta = 1 - t;
-  T sin_theta = safe_sqrt(t * (2 - t));
-  T cos_turn = std::cos(2 * pi_v<T> * u.z);
-  T sin_turn = std::sin(2 * pi_v<T> * u.z);
-  T sin_theta_i = std::clamp(
-      -cos_theta * hit.sin_theta_op[i] + sin_theta * cos_turn * hit.cos_theta_op[i], T(-1), T(1));
-  // The same vector's part across the fibre: exact where sin_theta_i is near 1.
-  T cos_theta_i = std::min(
-      std::sqrt(sqr(cos_theta * hit.cos_theta_op[i] + sin_theta * cos_turn * hit.sin_theta_op[i]) +
-                sqr(sin_theta * sin_turn)),
-      T(1));
-
-  T dphi;
-  if (p == bsdf.p_max) {
-    dphi = 2 * pi_v<T> * u.w;
-  } else {
-    // The inverse of the trimmed logistic's distribution function, by symmetry
-    // from the nearer end so that the tails keep their digits.
-    T w = u.w < T(0.5) ? u.w : 1 - u.w;
-    T c = bsdf.logistic_cdf_a + w * (1 - 2 * bsdf.logistic_cdf_a);
-    T x = bsdf.s * std::log(std::max(c, std::numeric_limits<T>::min()) / (1 - c));
-    x = std::clamp(u.w < T(0.5) ? x : -x, -pi_v<T>, pi_v<T>);
-    dphi = exit_azimuth_phi(p, hit.gamma_o, hit.gamma_t) + x;
-  }
-  T cos_dphi = std::cos(dphi), sin_dphi = std::sin(dphi);
-  return {sin_theta_i, cos_theta_i * (hit.cos_phi_o * cos_dphi - hit.sin_phi_o * sin_dphi),
-          cos_theta_i * (hit.sin_phi_o * cos_dphi + hit.cos_phi_o * sin_dphi)};
+  return detail::direction_of(hit, detail::sample_angles(bsdf, hit, u));
 }
 
-// The same from two numbers: each is split into its even and odd bits ([P] 4).
 template <typename T>
-inline glm::vec<3, T> sample_hair(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit,
-                                  const glm::vec<2, T>& u) {
+struct hair_sample {
+  glm::vec<3, T> direction = {1, 0, 0};  // wi
+  glm::vec<3, T> value = {0, 0, 0};      // f |cos(theta_i)|
+  T pdf = 0;                             // by solid angle
+};
+
+// Draws wi and gives its value and density, from angles that are at hand.
+template <typename T>
+inline hair_sample<T> sample_hair_with_pdf(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit,
+                                           const glm::vec<4, T>& u) {
+  auto wi = detail::sample_angles(bsdf, hit, u);
+  auto f = detail::eval_lobes(bsdf, hit, wi.sin_theta, wi.cos_theta, wi.dphi);
+  return {detail::direction_of(hit, wi), f.value, f.pdf};
+}
+
+// Four numbers from two: each is split into its even and odd bits ([P] 4).
+template <typename T>
+inline glm::vec<4, T> split_numbers(const glm::vec<2, T>& u) {
   auto split = [](T x) {
     auto bits = static_cast<unsigned long long>(static_cast<double>(x) * 0x1p52);
     auto gather = [](unsigned long long b) {  // even bits to the low half
@@ -341,7 +426,19 @@ inline glm::vec<3, T> sample_hair(const hair_bsdf<T>& bsdf, const hair_hit<T>& h
         std::min(static_cast<T>(static_cast<double>(gather(bits)) * 0x1p-26), lowest_one));
   };
   auto a = split(u.x), b = split(u.y);
-  return sample_hair(bsdf, hit, glm::vec<4, T>(a.x, b.x, b.y, a.y));
+  return {a.x, b.x, b.y, a.y};
+}
+
+// The same from two numbers.
+template <typename T>
+inline glm::vec<3, T> sample_hair(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit,
+                                  const glm::vec<2, T>& u) {
+  return sample_hair(bsdf, hit, split_numbers(u));
+}
+template <typename T>
+inline hair_sample<T> sample_hair_with_pdf(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit,
+                                           const glm::vec<2, T>& u) {
+  return sample_hair_with_pdf(bsdf, hit, split_numbers(u));
 }
 
 // The density of sample_hair by solid angle.

@@ -1,11 +1,19 @@
 #pragma once
 
 // Special functions of the hair model, in float and double from one source.
+//
+// In double they are the standard library's. In float they are polynomials
+// without branches or calls, within a few units in the last place, so that the
+// four lobes of a hair are worked on at once: with GCC and Clang by their vector
+// types (128 bits, which every x86-64 and 64-bit Arm has), one by one elsewhere.
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -22,18 +30,54 @@ template <typename T>
 inline T safe_sqrt(T x) {
   return std::sqrt(std::max(T(0), x));
 }
-template <typename T>
-inline T safe_asin(T x) {
-  return std::asin(std::clamp(x, T(-1), T(1)));
-}
 
 namespace detail {
 
-template <typename T, std::size_t N>
-inline T horner(const std::array<T, N>& c, T t) {
-  T r = c[N - 1];
-  for (std::size_t i = N - 1; i-- > 0;) r = r * t + c[i];
-  return r;
+#if defined(__GNUC__)
+#define WISP_HAIR_LANES 4
+typedef float float_lanes __attribute__((vector_size(16)));
+typedef std::int32_t int_lanes __attribute__((vector_size(16)));
+#endif
+
+// What a value for one lobe or for four is made of, and its whole numbers.
+template <typename T>
+struct lane_traits {
+  using scalar = T;
+  using integer = std::int32_t;
+};
+#if defined(WISP_HAIR_LANES)
+template <>
+struct lane_traits<float_lanes> {
+  using scalar = float;
+  using integer = int_lanes;
+};
+#endif
+template <typename T>
+using scalar_of = typename lane_traits<T>::scalar;
+template <typename T>
+inline constexpr bool in_double = std::is_same_v<scalar_of<T>, double>;
+
+template <typename T>
+inline T splat(scalar_of<T> x) {
+  return x - T{};
+}
+template <typename T>
+inline typename lane_traits<T>::integer to_integer(T x) {
+#if defined(WISP_HAIR_LANES)
+  if constexpr (std::is_same_v<T, float_lanes>)
+    return __builtin_convertvector(x, int_lanes);
+  else
+#endif
+    return static_cast<std::int32_t>(x);
+}
+template <typename T>
+inline T magnitude(T x) {
+  if constexpr (in_double<T>)
+    return std::abs(x);
+  else {
+    using integer = typename lane_traits<T>::integer;
+    return std::bit_cast<T>(std::bit_cast<integer>(x) & 0x7fffffff);
+  }
 }
 
 // Near-minimax polynomials from Chebyshev nodes (computed with 40 digits):
@@ -78,23 +122,169 @@ struct i0e_table<double> {
       -5.90502457399514778e-11, 2.08208358527931059e-11};
 };
 
+// The polynomial of coefficients c at t, by even and odd parts: two chains of
+// half the length run side by side.
+template <typename T, typename S, std::size_t N>
+inline T polynomial(const std::array<S, N>& c, T t) {
+  T s = t * t;
+  T even = splat<T>(c[(N - 1) / 2 * 2]);
+  for (std::size_t i = (N - 1) / 2; i-- > 0;) even = even * s + c[2 * i];
+  T odd = splat<T>(c[N / 2 * 2 - 1]);
+  for (std::size_t i = N / 2 - 1; i-- > 0;) odd = odd * s + c[2 * i + 1];
+  return even + t * odd;
+}
+
+// x to the nearest integer, for |x| < 2^22 in float: the sum has no room for a
+// fraction. Unlike std::nearbyint it is no call.
+template <typename T>
+inline T nearest(T x) {
+  if constexpr (in_double<T>) {
+    return std::nearbyint(x);
+  } else {
+    constexpr float shift = 12582912;  // 1.5 * 2^23
+    return (x + shift) - shift;
+  }
+}
+
+// exp(x) for x <= 0, of any size; below -87 it is 0 in float.
+template <typename T>
+inline T exp_nonpositive(T x) {
+  if constexpr (in_double<T>) {
+    return std::exp(x);
+  } else {
+    constexpr std::array<float, 7> c = {1.0f,           1.00000004f,    0.5000000114f,
+                                        0.1666640526f,  0.04166620004f, 0.00837597082f,
+                                        0.001394978292f};
+    T lowest = splat<T>(-87.0f);
+    T y = x > lowest ? x : lowest;
+    T n = nearest<T>(y * 1.44269504f);
+    T r = (y - n * 0.693359375f) + n * 2.12194440e-4f;  // y - n log(2)
+    T power = std::bit_cast<T>((to_integer(n) + 127) << 23);
+    return x > lowest ? polynomial<T>(c, r) * power : T{};
+  }
+}
+
+// 1 / sqrt(x) for x > 0.
+template <typename T>
+inline T inverse_sqrt(T x) {
+  if constexpr (in_double<T>) {
+    return 1 / std::sqrt(x);
+  } else {
+    // A first guess from the exponent, and three steps of Newton.
+    using integer = typename lane_traits<T>::integer;
+    T y = std::bit_cast<T>(0x5f375a86 - (std::bit_cast<integer>(x) >> 1));
+    T half = 0.5f * x;
+    y = y * (1.5f - half * y * y);
+    y = y * (1.5f - half * y * y);
+    return y + y * (0.5f - half * y * y);
+  }
+}
+
+// The angle of the direction (x, y), in [-pi, pi]; 0 at the origin.
+inline double angle_of(double y, double x) { return std::atan2(y, x); }
+inline float angle_of(float y, float x) {
+  float ax = std::abs(x), ay = std::abs(y);
+  float large = std::max(ax, ay), small = std::min(ax, ay);
+  float a = large > 0 ? small / large : 0;
+  float s = a * a;
+  constexpr std::array<float, 9> c = {0.9999999842f,  -0.3333306678f, 0.1999248358f,
+                                      -0.1420257051f, 0.106367541f,   -0.07495445443f,
+                                      0.04258760746f, -0.0160050305f, 0.002834064299f};
+  float r = a * polynomial<float>(c, s);
+  r = ay > ax ? 1.57079633f - r : r;
+  r = x < 0 ? 3.14159265f - r : r;
+  return std::copysign(r, y);
+}
+
+// The angle whose sine is x and whose cosine, >= 0, is c: near the ends of its
+// range the sine alone does not tell the angle.
+template <typename T>
+inline T arc_sine(T x, T c) {
+  if constexpr (in_double<T>) {
+    return std::atan2(x, c);
+  } else {
+    constexpr std::array<float, 5> k = {0.1666667276f, 0.07498809176f, 0.04501070006f,
+                                        0.02649427679f, 0.03820645206f};
+    T a = magnitude<T>(x);
+    auto steep = a > splat<T>(0.7f);
+    // The smaller of two legs, of an angle t below 46 degrees, and the larger:
+    // sin(t / 2) = small / sqrt(2 (1 + large)).
+    T small = steep ? c : a, large = steep ? a : c;
+    T half = small * inverse_sqrt<T>(2.0f + 2.0f * large);
+    T s = half * half;
+    T t = 2.0f * (half + half * s * polynomial<T>(k, s));
+    T angle = steep ? 1.57079633f - t : t;
+    using integer = typename lane_traits<T>::integer;
+    return std::bit_cast<T>(std::bit_cast<integer>(angle) |
+                            (std::bit_cast<integer>(x) & std::numeric_limits<std::int32_t>::min()));
+  }
+}
+
+// f of four numbers, or of four pairs, at once where there are lanes for it.
+template <typename T, typename F, typename... Xs>
+inline std::array<T, 4> in_lanes(F&& f, const Xs&... xs) {
+  std::array<T, 4> y;
+#if defined(WISP_HAIR_LANES)
+  if constexpr (std::is_same_v<T, float>) {
+    auto load = [](const std::array<T, 4>& x) { return float_lanes{x[0], x[1], x[2], x[3]}; };
+    float_lanes v = f(load(xs)...);
+    std::memcpy(y.data(), &v, sizeof(v));
+    return y;
+  }
+#endif
+  for (std::size_t i = 0; i < 4; i++) y[i] = f(xs[i]...);
+  return y;
+}
+
+// (cos x, sin x), for |x| < 1000 in float.
+template <typename T>
+struct cos_sin {
+  T cos, sin;
+};
+inline cos_sin<double> cos_sin_of(double x) { return {std::cos(x), std::sin(x)}; }
+inline cos_sin<float> cos_sin_of(float x) {
+  float n = nearest(x * 0.636619772f);
+  float r = (x - n * 1.5703125f) - n * 4.83826795e-4f;  // x - n pi / 2
+  float s = r * r;
+  constexpr std::array<float, 4> sine_of = {-0.1666666666f, 0.008333331867f, -0.0001984008237f,
+                                            2.724935206e-6f};
+  constexpr std::array<float, 3> cosine_of = {0.04166666465f, -0.0013888301f, 2.454748664e-5f};
+  float sine = r + r * s * polynomial<float>(sine_of, s);
+  float cosine = (1 - 0.5f * s) + s * s * polynomial<float>(cosine_of, s);
+  auto quadrant = static_cast<std::int32_t>(n);
+  bool swap = (quadrant & 1) != 0;
+  float c = swap ? sine : cosine;
+  float d = swap ? cosine : sine;
+  return {((quadrant + 1) & 2) != 0 ? -c : c, (quadrant & 2) != 0 ? -d : d};
+}
+
 }  // namespace detail
 
 // exp(-x) I0(x) for x >= 0, I0 the modified Bessel function of the first kind.
-// The relative error is below 2e-7 in float and 2e-15 in double for every x;
+// The relative error is below 5e-7 in float and 2e-15 in double for every x;
 // the two forms meet within rounding.
 template <typename T>
 inline T bessel_i0e(T x) {
-  using table = detail::i0e_table<T>;
-  if (x <= table::split) return detail::horner(table::small, x * (2 / table::split) - 1);
-  T r = 1 / x;
-  return std::sqrt(r) * detail::horner(table::large, 2 * table::split * r - 1);
+  using S = detail::scalar_of<T>;
+  using table = detail::i0e_table<S>;
+  T split = detail::splat<T>(table::split);
+  auto below = x < split;
+  T y = detail::inverse_sqrt<T>(below ? split : x);
+  T t = below ? x * (2 / table::split) - S(1) : (2 * table::split) * (y * y) - S(1);
+  T small = detail::polynomial<T>(table::small, t);
+  T large = y * detail::polynomial<T>(table::large, t);
+  return below ? small : large;
 }
 
 // The angle x brought to [-pi, pi].
 template <typename T>
 inline T wrap_angle(T x) {
-  return x - 2 * pi_v<T> * std::nearbyint(x * (1 / (2 * pi_v<T>)));
+  using S = detail::scalar_of<T>;
+  T n = detail::nearest<T>(x * (1 / (2 * pi_v<S>)));
+  if constexpr (detail::in_double<T>)
+    return x - n * (2 * pi_v<S>);
+  else
+    return (x - n * 6.28125f) - n * 0.00193530717958647692f;  // 2 pi in two parts
 }
 
 }  // namespace wisp::hair
