@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "../support/hair_lobes.h"
 #include "support/statistics.h"
 #include "wisp/core/rng.h"
 #include "wisp/hair/absorption.h"
@@ -102,8 +103,9 @@ TEST_CASE("hair: M_p integrates to 1 for every v") {
 TEST_CASE("hair: N_p integrates to 1 for every s") {
   for (double beta : {0.001, 0.01, 0.1, 0.3, 0.6, 1.0}) {
     auto bsdf = make_hair_bsdf<double>({1.55, 0.3, beta, 2, 3});
-    double total = integrate(-pi_v<double>, pi_v<double>, 0, bsdf.s[0] * 0.05,
-                             [&](double x) { return azimuthal_np(x, bsdf.inv_s[0], bsdf.np_norm[0]); });
+    double total = integrate(-pi_v<double>, pi_v<double>, 0, bsdf.s[0] * 0.05, [&](double x) {
+      return azimuthal_np(x, bsdf.inv_s[0], bsdf.np_norm[0]);
+    });
     CHECK(total == doctest::Approx(1).epsilon(1e-6));
   }
 }
@@ -278,6 +280,7 @@ TEST_CASE("hair: the 50-digit reference values") {
     auto bsdf = make_hair_bsdf<double>({x[4], x[1], x[2], x[3], 3});
     std::vector<double> exact(x.begin(), x.end());
     auto hit = make_hair_hit<double>(bsdf, {x[5], x[6], x[7]}, x[8], exact_direction(exact, 9));
+    wisp_test::draw_lobes_by_sum(hit, 3, {0.2126, 0.7152, 0.0722});
     auto f = eval_hair_with_pdf<double>(bsdf, hit, exact_direction(exact, 12));
     for (int k = 0; k < 3; k++)
       CHECK(f.value[k] == doctest::Approx(row[std::size_t(15 + k)]).epsilon(1e-6).scale(1e-9));

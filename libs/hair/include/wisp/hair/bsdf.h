@@ -194,17 +194,15 @@ struct hair_hit {
   lobe_array<T> sin_theta_op, cos_theta_op, exit_phi;
 };
 
-// Rec. 709 luminance, the default measure by which lobes are chosen.
-template <typename T>
-inline constexpr glm::vec<3, T> luminance_weight = {T(0.2126), T(0.7152), T(0.0722)};
-
-// channel_weight >= 0 says how much each colour channel matters when a lobe is
-// drawn: the luminance by default; a path tracer may pass the path's throughput.
+// Lobe p is drawn with a probability in proportion to |channel_weight A_p|, the
+// length of the product: of all weights it leaves the least variance to the sum
+// over the channels. By default all channels count alike; a path tracer passes
+// its path's throughput, so that lobes are drawn by what they add to the pixel.
 // sigma_a >= 0; non-finite or negative absorption is the caller's error.
 template <typename T>
 inline hair_hit<T> make_hair_hit(const hair_bsdf<T>& bsdf, const glm::vec<3, T>& sigma_a, T h,
                                  const glm::vec<3, T>& wo,
-                                 const glm::vec<3, T>& channel_weight = luminance_weight<T>) {
+                                 const glm::vec<3, T>& channel_weight = glm::vec<3, T>(1)) {
   hair_hit<T> hit;
   h = std::clamp(h, T(-1), T(1));
   hit.sin_theta_o = std::clamp(wo.x, T(-1), T(1));
@@ -239,7 +237,8 @@ inline hair_hit<T> make_hair_hit(const hair_bsdf<T>& bsdf, const glm::vec<3, T>&
   for (int p = 0; p <= bsdf.p_max; p++) {
     auto i = static_cast<std::size_t>(p);
     if (bsdf.has_strength) ap[i] *= bsdf.strength[std::min(i, std::size_t(2))];
-    T weight = glm::dot(ap[i], channel_weight);
+    glm::vec<3, T> weighted = ap[i] * channel_weight;
+    T weight = std::sqrt(glm::dot(weighted, weighted));
     hit.ap[i] = glm::vec<4, T>(ap[i], weight);
     sum += weight;
   }
@@ -344,6 +343,12 @@ inline hair_angles<T> sample_angles(const hair_bsdf<T>& bsdf, const hair_hit<T>&
   }
   // Rounding may leave a rest behind the last lobe that has a probability.
   while (p > 0 && hit.ap[p].w <= 0) p--;
+  // What is left of u.x within the lobe's share is uniform and gives the
+  // azimuth, so that the lobe and three dimensions need no more than three
+  // numbers; u.w fills in the digits that u.x has lost to a small share.
+  constexpr T below_one = 1 - std::numeric_limits<T>::epsilon() / 2;
+  T u_phi =
+      std::min((rest + u.w * (std::numeric_limits<T>::epsilon() / 2)) / hit.ap[p].w, below_one);
 
   // M_p ([P] section 4): with t = 1 - cos(theta') = -v log(u + (1 - u) exp(-2 / v)) the
   // sine squared is t (2 - t), which does not cancel near the mirror direction.
@@ -362,14 +367,14 @@ inline hair_angles<T> sample_angles(const hair_bsdf<T>& bsdf, const hair_hit<T>&
       T(1));
 
   if (p == last) {
-    wi.dphi = 2 * pi_v<T> * u.w;
+    wi.dphi = 2 * pi_v<T> * u_phi;
   } else {
     // The inverse of the trimmed logistic's distribution function, by symmetry
     // from the nearer end so that the tails keep their digits.
-    T w = u.w < T(0.5) ? u.w : 1 - u.w;
+    T w = u_phi < T(0.5) ? u_phi : 1 - u_phi;
     T c = bsdf.logistic_cdf_a[p] + w * (1 - 2 * bsdf.logistic_cdf_a[p]);
     T x = bsdf.s[p] * std::log(std::max(c, std::numeric_limits<T>::min()) / (1 - c));
-    wi.dphi = hit.exit_phi[p] + std::clamp(u.w < T(0.5) ? x : -x, -pi_v<T>, pi_v<T>);
+    wi.dphi = hit.exit_phi[p] + std::clamp(u_phi < T(0.5) ? x : -x, -pi_v<T>, pi_v<T>);
   }
   return wi;
 }
@@ -383,8 +388,9 @@ inline glm::vec<3, T> direction_of(const hair_hit<T>& hit, const hair_angles<T>&
 
 }  // namespace detail
 
-// Draws wi with density sample_hair_pdf. u in [0, 1)^4: u.x picks the lobe, u.y
-// and u.z the longitudinal angle, u.w the azimuth.
+// Draws wi with density sample_hair_pdf. u in [0, 1)^4: u.x picks the lobe and
+// the azimuth in it, u.y and u.z the longitudinal angle; u.w only fills in what
+// u.x has no digits for, and may be 0.5 where just three numbers are at hand.
 template <typename T>
 inline glm::vec<3, T> sample_hair(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit,
                                   const glm::vec<4, T>& u) {
@@ -407,26 +413,33 @@ inline hair_sample<T> sample_hair_with_pdf(const hair_bsdf<T>& bsdf, const hair_
   return {detail::direction_of(hit, wi), f.value, f.pdf};
 }
 
-// Four numbers from two: each is split into its even and odd bits ([P] 4).
+// Four numbers for sample_hair from two. The second is split into its even and
+// odd bits ([P] 4), half of its digits each; the digits below come from a hash
+// of all of them, or else the tails of the lobe would be steps.
 template <typename T>
 inline glm::vec<4, T> split_numbers(const glm::vec<2, T>& u) {
-  auto split = [](T x) {
-    auto bits = static_cast<unsigned long long>(static_cast<double>(x) * 0x1p52);
-    auto gather = [](unsigned long long b) {  // even bits to the low half
-      b &= 0x5555555555555555ull;
-      b = (b | (b >> 1)) & 0x3333333333333333ull;
-      b = (b | (b >> 2)) & 0x0f0f0f0f0f0f0f0full;
-      b = (b | (b >> 4)) & 0x00ff00ff00ff00ffull;
-      b = (b | (b >> 8)) & 0x0000ffff0000ffffull;
-      return (b | (b >> 16)) & 0xffffffffull;
-    };
-    T lowest_one = 1 - std::numeric_limits<T>::epsilon() / 2;
-    return glm::vec<2, T>(
-        std::min(static_cast<T>(static_cast<double>(gather(bits >> 1)) * 0x1p-26), lowest_one),
-        std::min(static_cast<T>(static_cast<double>(gather(bits)) * 0x1p-26), lowest_one));
+  constexpr int digits = std::numeric_limits<T>::digits / 2;  // of each half
+  auto bits = static_cast<std::uint64_t>(static_cast<double>(u.y) *
+                                         static_cast<double>(std::uint64_t(1) << (2 * digits)));
+  auto even_bits = [](std::uint64_t b) {
+    b &= 0x5555555555555555u;
+    b = (b | (b >> 1)) & 0x3333333333333333u;
+    b = (b | (b >> 2)) & 0x0f0f0f0f0f0f0f0fu;
+    b = (b | (b >> 4)) & 0x00ff00ff00ff00ffu;
+    b = (b | (b >> 8)) & 0x0000ffff0000ffffu;
+    return (b | (b >> 16)) & 0xffffffffu;
   };
-  auto a = split(u.x), b = split(u.y);
-  return {a.x, b.x, b.y, a.y};
+  std::uint64_t hash = (bits + 1) * 0x9e3779b97f4a7c15u;  // splitmix64
+  hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9u;
+  hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebu;
+  hash ^= hash >> 31;
+  auto number = [](std::uint64_t high, std::uint64_t low) {
+    constexpr T below_one = 1 - std::numeric_limits<T>::epsilon() / 2;
+    double x = std::ldexp(static_cast<double>(high) + static_cast<double>(low) * 0x1p-32, -digits);
+    return std::min(static_cast<T>(x), below_one);
+  };
+  return {u.x, number(even_bits(bits >> 1), hash >> 32),
+          number(even_bits(bits), hash & 0xffffffffu), T(0.5)};
 }
 
 // The same from two numbers.
