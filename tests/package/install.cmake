@@ -6,7 +6,7 @@ execute_process(
 # Headers of the sources must not be among those of the package.
 file(GLOB_RECURSE headers RELATIVE ${PREFIX}/include ${PREFIX}/include/*)
 foreach(header ${headers})
-  if(NOT header MATCHES "^wisp/[a-z]+/[a-z_]+\\.h$")
+  if(NOT header MATCHES "^wisp/[a-z_]+/[a-z_]+\\.h$")
     message(FATAL_ERROR "installed, but not a public header: ${header}")
   endif()
 endforeach()

@@ -51,22 +51,25 @@ struct hit {
 };
 
 struct fresnel {
-  vec reflected, transmitted;
+  vec reflected, transmitted, eta_cos_t;
 };
 HWY_INLINE fresnel fresnel_dielectric(const material& m, vec c) {
   vec n2 = all(m.n2_minus_1 + 1);
-  vec g = safe_sqrt(hn::MulAdd(c, c, all(m.n2_minus_1)));
+  vec above = all(m.n2_minus_1), c2 = c * c;
+  vec g = hn::Sqrt(above + c2);
   vec a = c + g, b = hn::MulAdd(n2, c, g);
   vec ab = a * b;
   auto grazing = ab < all(1e-37f);
   vec q = all(1) / hn::IfThenElse(grazing, all(1), ab);
   vec perpendicular = q * b, parallel = q * a;
-  vec r = (c - g) * perpendicular, s = hn::MulSub(n2, c, g) * parallel;
+  // c - g and n2 c - g by the difference of their squares.
+  vec r = above * perpendicular * perpendicular;
+  vec s = above * hn::MulSub(n2 + all(1), c2, all(1)) * parallel * parallel;
   vec reflected = all(0.5f) * hn::MulAdd(r, r, s * s);
   vec transmitted =
       all(2) * c * g * hn::MulAdd(perpendicular, perpendicular, n2 * parallel * parallel);
   return {hn::IfThenElse(grazing, all(1), hn::Min(reflected, all(1))),
-          hn::IfThenElse(grazing, all(0), hn::Min(transmitted, all(1)))};
+          hn::IfThenElse(grazing, all(0), hn::Min(transmitted, all(1))), g};
 }
 
 // A_p of one channel. Of the last lobe, the sum of a geometric series, it gives the
@@ -96,6 +99,8 @@ HWY_INLINE void make_hit(const material& m, const call& c, std::size_t i, hit& h
   vec h = clamp(load(c.in[in_h], i), -1, 1);
   hit.sin_theta_o = clamp(wo.x, -1, 1);
   vec across = hn::Sqrt(hn::MulAdd(wo.y, wo.y, wo.z * wo.z));
+  // Nearer to a pole squares and their inverses would lose digits or overflow.
+  across = hn::IfThenElseZero(across >= all(1e-15f), across);
   auto has_azimuth = across > all(0);
   vec inv_across = all(1) / hn::IfThenElse(has_azimuth, across, all(1));
   hit.cos_theta_o = hn::Min(across, all(1));
@@ -107,17 +112,16 @@ HWY_INLINE void make_hit(const material& m, const call& c, std::size_t i, hit& h
   hit.cos_2gamma_o = hn::NegMulAdd(all(2) * h, h, all(1));
   hit.sin_2gamma_o = all(2) * h * hit.cos_gamma_o;
 
-  // eta' cos theta_o = sqrt(eta^2 - sin^2 theta_o) = eta cos theta_t.
-  vec eta = all(m.eta);
-  vec eta_cos = safe_sqrt((eta - hit.sin_theta_o) * (eta + hit.sin_theta_o));
+  // eta' cos theta_o = sqrt(eta^2 - 1 + cos^2 theta_o) = eta cos theta_t; see make_hair_hit.
+  vec eta_cos = hn::Sqrt(hn::MulAdd(hit.cos_theta_o, hit.cos_theta_o, all(m.n2_minus_1)));
   auto enters = eta_cos > all(0);
   vec inv_eta_cos = hn::IfThenElseZero(enters, all(1) / hn::IfThenElse(enters, eta_cos, all(1)));
+  fresnel f = fresnel_dielectric(m, hit.cos_theta_o * hit.cos_gamma_o);
   vec sin_gamma_t = clamp(h * hit.cos_theta_o * inv_eta_cos, -1, 1);
-  vec cos_gamma_t = safe_sqrt(one_minus_square(sin_gamma_t));
+  vec cos_gamma_t = hn::Min(f.eta_cos_t * inv_eta_cos, all(1));
   hit.gamma_t = angle_of(sin_gamma_t, cos_gamma_t);
   vec path = all(-2 * m.eta) * cos_gamma_t * inv_eta_cos;
 
-  fresnel f = fresnel_dielectric(m, hit.cos_theta_o * hit.cos_gamma_o);
   vec3 sigma_a = load_color(c.in + in_sigma_a, c.sigma_a, i);
   vec3 weight = load_color(c.in + in_weight, c.weight, i);
   vec red[lobe_count], green[lobe_count], blue[lobe_count];

@@ -140,20 +140,24 @@ inline T azimuthal_np(T dphi, T inv_s, T np_norm) {
 }
 
 // What a smooth dielectric, seen from outside under the cosine c >= 0, reflects,
-// and what it lets in: 1 - reflected, without the cancellation at grazing angles.
+// and what it lets in: 1 - reflected. All differences are written as products,
+// so that nothing cancels at grazing angles or where eta is near 1.
 template <typename T>
 struct fresnel_terms {
   T reflected = 1, transmitted = 0;
+  T eta_cos_t = 0;  // eta times the cosine inside
 };
 template <typename T>
 inline fresnel_terms<T> fresnel_dielectric(T c, T eta) {
-  T n2 = eta * eta;
-  T g = safe_sqrt(n2 - 1 + c * c);  // eta cos_t
+  T n2 = eta * eta, above = (eta - 1) * (eta + 1);  // eta^2 - 1
+  T g = std::sqrt(above + c * c);
   if (g + c <= 0) return {};
   T perpendicular = 1 / (c + g), parallel = 1 / (n2 * c + g);
-  T reflected = (sqr((c - g) * perpendicular) + sqr((n2 * c - g) * parallel)) / 2;
+  // c - g and n2 c - g by the difference of their squares.
+  T reflected =
+      (sqr(above * sqr(perpendicular)) + sqr(above * ((n2 + 1) * c * c - 1) * sqr(parallel))) / 2;
   T transmitted = 2 * c * g * (sqr(perpendicular) + n2 * sqr(parallel));
-  return {std::min(reflected, T(1)), std::min(transmitted, T(1))};
+  return {std::min(reflected, T(1)), std::min(transmitted, T(1)), g};
 }
 
 // A_p: the part of the light in each mode, [P] section 3.2: Fresnel, and the
@@ -207,6 +211,8 @@ inline hair_hit<T> make_hair_hit(const hair_bsdf<T>& bsdf, const glm::vec<3, T>&
   h = std::clamp(h, T(-1), T(1));
   hit.sin_theta_o = std::clamp(wo.x, T(-1), T(1));
   T across = std::sqrt(wo.y * wo.y + wo.z * wo.z);
+  // Nearer to a pole squares and their inverses would lose digits or overflow.
+  if (across < T(1e-15)) across = 0;
   hit.cos_theta_o = std::min(across, T(1));
   if (across > 0) {
     hit.cos_phi_o = wo.y / across;
@@ -214,24 +220,27 @@ inline hair_hit<T> make_hair_hit(const hair_bsdf<T>& bsdf, const glm::vec<3, T>&
   }
 
   // Refraction into the fibre: theta_t along it, gamma_t across it with the
-  // modified index eta' = sqrt(eta^2 - sin^2 theta_o) / cos theta_o.
-  T sin_theta_t = hit.sin_theta_o / bsdf.eta;
-  T cos_theta_t = safe_sqrt(1 - sqr(sin_theta_t));
-  T eta_cos = safe_sqrt(sqr(bsdf.eta) - sqr(hit.sin_theta_o));  // eta' cos theta_o
-  T sin_gamma_t = eta_cos > 0 ? std::clamp(h * hit.cos_theta_o / eta_cos, T(-1), T(1)) : T(0);
-  T cos_gamma_t = safe_sqrt((1 - sin_gamma_t) * (1 + sin_gamma_t));
+  // modified index eta' = sqrt(eta^2 - sin^2 theta_o) / cos theta_o. With
+  // eta^2 - 1 and cos theta_o in the place of eta and sin theta_o nothing
+  // cancels: eta' cos theta_o = eta cos theta_t, and what Fresnel's equations
+  // have as eta times their cosine inside is eta' cos theta_o cos gamma_t.
+  T eta_cos = std::sqrt((bsdf.eta - 1) * (bsdf.eta + 1) + sqr(hit.cos_theta_o));
+  T inv_eta_cos = eta_cos > 0 ? 1 / eta_cos : T(0);
   T cos_gamma_o = safe_sqrt((1 - h) * (1 + h));
+  auto fresnel = fresnel_dielectric(hit.cos_theta_o * cos_gamma_o, bsdf.eta);
+  T sin_gamma_t = std::clamp(h * hit.cos_theta_o * inv_eta_cos, T(-1), T(1));
+  T cos_gamma_t = std::min(fresnel.eta_cos_t * inv_eta_cos, T(1));
   using four = std::array<T, 4>;
   four gamma =
       detail::in_lanes<T>([](auto s, auto c) { return detail::arc_sine(s, c); },
                           four{h, sin_gamma_t, 0, 0}, four{cos_gamma_o, cos_gamma_t, 1, 1});
 
-  T path = cos_theta_t > 0 ? -2 * cos_gamma_t / cos_theta_t : T(0);
+  T path = -2 * bsdf.eta * cos_gamma_t * inv_eta_cos;
   auto transmittance =
       detail::in_lanes<T>([](auto x) { return detail::exp_nonpositive(x); },
                           four{sigma_a.x * path, sigma_a.y * path, sigma_a.z * path, 0});
-  auto ap = attenuation_ap(fresnel_dielectric(hit.cos_theta_o * cos_gamma_o, bsdf.eta),
-                           {transmittance[0], transmittance[1], transmittance[2]}, bsdf.p_max);
+  auto ap =
+      attenuation_ap(fresnel, {transmittance[0], transmittance[1], transmittance[2]}, bsdf.p_max);
 
   T sum = 0;
   for (int p = 0; p <= bsdf.p_max; p++) {
@@ -335,25 +344,27 @@ struct hair_angles {
 template <typename T>
 inline hair_angles<T> sample_angles(const hair_bsdf<T>& bsdf, const hair_hit<T>& hit,
                                     const glm::vec<4, T>& u) {
+  // A lobe less likely than a step of u.x cannot be drawn as seldom as it should.
+  constexpr T step = std::numeric_limits<T>::epsilon() / 2;
   std::size_t p = 0, last = static_cast<std::size_t>(bsdf.p_max);
   T rest = u.x;
-  while (p < last && rest >= hit.ap[p].w) {
+  while (p < last && (rest >= hit.ap[p].w || hit.ap[p].w < step)) {
     rest -= hit.ap[p].w;
     p++;
   }
-  // Rounding may leave a rest behind the last lobe that has a probability.
-  while (p > 0 && hit.ap[p].w <= 0) p--;
+  // Rounding may leave a rest behind the last lobe that is drawn.
+  while (p > 0 && hit.ap[p].w < step) p--;
   // What is left of u.x within the lobe's share is uniform and gives the
   // azimuth, so that the lobe and three dimensions need no more than three
   // numbers; u.w fills in the digits that u.x has lost to a small share.
-  constexpr T below_one = 1 - std::numeric_limits<T>::epsilon() / 2;
-  T u_phi =
-      std::min((rest + u.w * (std::numeric_limits<T>::epsilon() / 2)) / hit.ap[p].w, below_one);
+  T u_phi = std::min((rest + u.w * step) / hit.ap[p].w, 1 - step);
+  // Smaller numbers are taken as this: a sample so far out that its density is 0
+  // would be worth nothing.
+  constexpr T least = sqr(std::numeric_limits<T>::epsilon());
 
   // M_p ([P] section 4): with t = 1 - cos(theta') = -v log(u + (1 - u) exp(-2 / v)) the
   // sine squared is t (2 - t), which does not cancel near the mirror direction.
-  T t = -bsdf.v[p] *
-        std::log(std::max(u.y + (1 - u.y) * bsdf.exp_m2_over_v[p], std::numeric_limits<T>::min()));
+  T t = -bsdf.v[p] * std::log(std::max(u.y + (1 - u.y) * bsdf.exp_m2_over_v[p], least));
   t = std::clamp(t, T(0), T(2));
   T cos_theta = 1 - t;
   T sin_theta = safe_sqrt(t * (2 - t));
@@ -373,7 +384,7 @@ inline hair_angles<T> sample_angles(const hair_bsdf<T>& bsdf, const hair_hit<T>&
     // from the nearer end so that the tails keep their digits.
     T w = u_phi < T(0.5) ? u_phi : 1 - u_phi;
     T c = bsdf.logistic_cdf_a[p] + w * (1 - 2 * bsdf.logistic_cdf_a[p]);
-    T x = bsdf.s[p] * std::log(std::max(c, std::numeric_limits<T>::min()) / (1 - c));
+    T x = bsdf.s[p] * std::log(std::max(c, least) / (1 - c));
     wi.dphi = hit.exit_phi[p] + std::clamp(u_phi < T(0.5) ? x : -x, -pi_v<T>, pi_v<T>);
   }
   return wi;

@@ -23,7 +23,7 @@ template <typename T>
 inline constexpr T pi_v = static_cast<T>(3.14159265358979323846L);
 
 template <typename T>
-inline T sqr(T x) {
+inline constexpr T sqr(T x) {
   return x * x;
 }
 template <typename T>
@@ -180,8 +180,9 @@ inline T inverse_sqrt(T x) {
   }
 }
 
-// The angle of the direction (x, y), in [-pi, pi]; 0 at the origin.
-inline double angle_of(double y, double x) { return std::atan2(y, x); }
+// The angle of the direction (x, y), in [-pi, pi]; 0 at the origin, where
+// std::atan2 would ask for the sign of x.
+inline double angle_of(double y, double x) { return std::atan2(y, x + 0.0); }
 inline float angle_of(float y, float x) {
   float ax = std::abs(x), ay = std::abs(y);
   float large = std::max(ax, ay), small = std::min(ax, ay);
@@ -261,7 +262,7 @@ inline cos_sin<float> cos_sin_of(float x) {
 }  // namespace detail
 
 // exp(-x) I0(x) for x >= 0, I0 the modified Bessel function of the first kind.
-// The relative error is below 5e-7 in float and 2e-15 in double for every x;
+// The relative error is below 7e-7 in float and 2e-15 in double for every x;
 // the two forms meet within rounding.
 template <typename T>
 inline T bessel_i0e(T x) {
