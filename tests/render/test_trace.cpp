@@ -232,6 +232,30 @@ TEST_CASE("render: sizes and cameras out of range are refused") {
   CHECK_THROWS_AS(prepare_scene(scene_data{}, {}, warnings), std::invalid_argument);
 }
 
+TEST_CASE("render: numbers at the ends of the range of float give a finite picture") {
+  for (int variant = 0; variant < 4; variant++) {
+    scene_data scene = hair_scene();
+    if (scene.cameras.empty()) scene.cameras.push_back(default_camera(scene));
+    camera_data& camera = scene.cameras[0];
+    if (variant == 0) camera.focus = 1e-30f;
+    if (variant == 1) camera.aperture = 1e30f;
+    if (variant == 2) camera.frame[3] = vec3(3e18f);
+    if (variant == 3) {
+      for (auto& shape : scene.shapes)
+        for (auto& p : shape.positions) p *= 1e18f;
+      camera = default_camera(scene);
+    }
+    warning_list warnings;
+    auto prepared = prepare_scene(std::move(scene), {}, warnings);
+    auto options = small(2);
+    auto state = make_trace_state(prepared, options);
+    trace_image(state, prepared, options);
+    bool finite = true;
+    for (float value : get_image(state).pixels) finite = finite && std::isfinite(value);
+    CHECK(finite);
+  }
+}
+
 TEST_CASE("render: stops early for time, error and a stop flag") {
   warning_list warnings;
   auto scene = prepare_scene(hair_scene(), {}, warnings);

@@ -100,8 +100,8 @@ TEST_CASE("scene json: names of material types from all versions") {
           type);
   CHECK(has(folder.error(material(R"("type": "reflectiv")")),
             "materials[0].type: is 'reflectiv'; it must be one of matte, glossy, reflective, "
-            "transparent, refractive, subsurface, volumetric, gltfpbr, hair; did you mean "
-            "'reflective'?"));
+            "transparent, refractive, subsurface, volumetric, gltfpbr, hair, principled_hair, "
+            "chiang_hair_bsdf; did you mean 'reflective'?"));
 }
 
 TEST_CASE("scene json: version 4.1, keyed by name") {

@@ -36,16 +36,33 @@ struct curve_geometry {
   curve_profile profile = curve_profile::flat;
   std::vector<vec4> vertices = {};      // xyz, radius
   std::vector<uint32_t> segments = {};  // first vertex of each segment
-  // First vertex of each strand, and vertex colours; only where they are shaded.
-  std::vector<uint32_t> strands = {};
+  // Of the vertices; empty where nothing asks for them.
   std::vector<vec4> colors = {};
+  std::vector<vec2> texcoords = {};
+  std::vector<vec2> roughness = {};
+  // The place of a vertex on its strand, 0 at the root and 1 at the tip, by the
+  // parameter of the curve: only with `along`, which says that it is asked for, and
+  // only of chains of pieces; else it follows from `strands`.
+  bool along = false;
+  std::vector<float> places = {};
+  // First vertex of each strand and the end of the last.
+  std::vector<uint32_t> strands = {};
 };
+
+// What shading asks about the strands of a shape.
+struct strand_use {
+  bool texcoords = false;  // texture coordinates of the file
+  bool along = false;      // root to tip, in their place
+  bool index = false;      // which strand
+};
+// One for each shape.
+std::vector<strand_use> find_strand_use(const scene_data& scene);
 
 // Ribbons of every basis become chains of straight pieces, as many as keep them
 // within a fifth of the radius of the curve: rays meet these faster, and with
 // the exact offset from the axis. Tubes keep their basis. Takes positions and
 // radii out of a shape that is all strands.
-curve_geometry take_curves(shape_data& shape);
+curve_geometry take_curves(shape_data& shape, const strand_use& use);
 
 // Position, derivative and radius of a curve segment at u in [0, 1], in double.
 struct curve_point {
@@ -57,6 +74,14 @@ curve_point eval_curve(const curve_geometry& curves, uint32_t segment, double u)
 // The direction of the strand for shading: as the derivative, but without the
 // corners of straight pieces.
 dvec3 smooth_tangent(const curve_geometry& curves, uint32_t segment, double u);
+// An attribute of the vertices, and the place from root to tip.
+vec4 eval_curve_attribute(const curve_geometry& curves, const std::vector<vec4>& values,
+                          uint32_t segment, float u);
+vec2 eval_curve_attribute(const curve_geometry& curves, const std::vector<vec2>& values,
+                          uint32_t segment, float u);
+// The strand of a segment, by bisection; needs strand_use::index or along.
+uint32_t find_strand(const curve_geometry& curves, uint32_t segment);
+float place_on_strand(const curve_geometry& curves, uint32_t strand, uint32_t segment, float u);
 
 class ray_accel {
  public:

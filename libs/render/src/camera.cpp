@@ -17,8 +17,9 @@ camera_ray eval_camera(const camera_data& camera, const vec2& uv, const vec2& le
     origin = vec3(on_lens, 0);
     target = vec3(offset.x, offset.y, -camera.lens) * (camera.focus / camera.lens);
   }
+  // normalize_or_zero: a focus or a lens at the ends of float's range has no direction.
   return {transform_point(camera.frame, origin),
-          glm::normalize(transform_vector(camera.frame, target - origin))};
+          normalize_or_zero(transform_vector(camera.frame, target - origin))};
 }
 
 }  // namespace wisp

@@ -26,8 +26,10 @@ basis_weights eval_basis(curve_basis basis, double u) {
   }
 }
 
-dvec4 apply(const dvec4& w, const vec4* v) {
-  return dvec4(v[0]) * w.x + dvec4(v[1]) * w.y + dvec4(v[2]) * w.z + dvec4(v[3]) * w.w;
+template <glm::length_t N>
+glm::vec<N, double> apply(const dvec4& w, const glm::vec<N, float>* v) {
+  using T = glm::vec<N, double>;
+  return T(v[0]) * w.x + T(v[1]) * w.y + T(v[2]) * w.z + T(v[3]) * w.w;
 }
 
 constexpr double tolerance = 0.2;  // of the radius
@@ -61,30 +63,42 @@ int count_pieces(curve_basis basis, const vec4* v) {
 
 // Chains of straight pieces instead of cubics. Returns for each new vertex the
 // first control point of its span and the place on it, if asked for.
-void straighten(curve_geometry& curves, const shape_data& shape, const std::vector<vec4>& points) {
+void straighten(curve_geometry& curves, const shape_data& shape, const std::vector<vec4>& points,
+                const strand_use& use) {
   uint32_t step = shape.basis == curve_basis::bezier ? 3 : 1;
-  bool colors = !shape.colors.empty();
+  bool colors = !shape.colors.empty(), roughness = !shape.roughness.empty();
+  bool texcoords = use.texcoords && !shape.texcoords.empty();
+  float place = 0;
   auto add = [&](std::size_t first, double u) {
     dvec4 w = eval_basis(shape.basis, u).value;
     dvec4 p = apply(w, &points[first]);
     p.w = std::max(p.w, 0.0);
     curves.vertices.push_back(vec4(p));
     if (colors) curves.colors.push_back(vec4(apply(w, &shape.colors[first])));
+    if (texcoords) curves.texcoords.push_back(vec2(apply(w, &shape.texcoords[first])));
+    if (roughness)
+      curves.roughness.push_back(glm::max(vec2(apply(w, &shape.roughness[first])), 0.0f));
+    if (use.along) curves.places.push_back(place);
   };
   for (std::size_t k = 0; k + 1 < shape.strands.size(); k++) {
     uint32_t first = shape.strands[k];
     uint32_t spans = segment_count(shape.basis, shape.strands[k + 1] - first);
-    if (!shape.texcoords.empty())
+    if (use.index || use.along)
       curves.strands.push_back(static_cast<uint32_t>(curves.vertices.size()));
     for (uint32_t span = 0; span < spans; span++, first += step) {
       int pieces = count_pieces(shape.basis, &points[first]);
       for (int i = 0; i < pieces; i++) {
         curves.segments.push_back(static_cast<uint32_t>(curves.vertices.size()));
+        place = (static_cast<float>(span) + static_cast<float>(i) / static_cast<float>(pieces)) /
+                static_cast<float>(spans);
         add(first, static_cast<double>(i) / pieces);
       }
     }
+    place = 1;
     if (spans > 0) add(first - step, 1);
   }
+  if (!curves.strands.empty())
+    curves.strands.push_back(static_cast<uint32_t>(curves.vertices.size()));
   curves.basis = curve_basis::linear;
   curves.vertices.shrink_to_fit();
   curves.segments.shrink_to_fit();
@@ -92,8 +106,9 @@ void straighten(curve_geometry& curves, const shape_data& shape, const std::vect
 
 }  // namespace
 
-curve_geometry take_curves(shape_data& shape) {
+curve_geometry take_curves(shape_data& shape, const strand_use& use) {
   curve_geometry curves;
+  curves.along = use.along;
   curves.basis = shape.basis;
   curves.profile = shape.profile;
   std::size_t used = shape.strands.empty() ? 0 : shape.strands.back();
@@ -105,7 +120,7 @@ curve_geometry take_curves(shape_data& shape) {
     shape.radius = {};
   }
   if (shape.basis != curve_basis::linear && shape.profile == curve_profile::flat) {
-    straighten(curves, shape, points);
+    straighten(curves, shape, points, use);
     return curves;
   }
   uint32_t step = shape.basis == curve_basis::bezier ? 3 : 1;
@@ -116,10 +131,32 @@ curve_geometry take_curves(shape_data& shape) {
   }
   curves.segments.shrink_to_fit();
   curves.vertices = std::move(points);
-  if (!shape.texcoords.empty())
-    curves.strands.assign(shape.strands.begin(), shape.strands.end() - 1);
+  if (use.index || use.along) curves.strands = shape.strands;
+  if (use.texcoords) curves.texcoords = shape.texcoords;
   curves.colors = shape.colors;
+  curves.roughness = shape.roughness;
   return curves;
+}
+
+std::vector<strand_use> find_strand_use(const scene_data& scene) {
+  std::vector<strand_use> result(scene.shapes.size());
+  for (const auto& instance : scene.instances) {
+    auto index = static_cast<std::size_t>(instance.shape);
+    const auto& shape = scene.shapes[index];
+    if (strand_count(shape) == 0) continue;
+    const auto& m = scene.materials[static_cast<std::size_t>(instance.material)];
+    bool hair = m.type == material_type::hair;
+    bool textured = m.color_tex != invalid_id || m.emission_tex != invalid_id ||
+                    m.roughness_tex != invalid_id || (hair && m.sigma_a_tex != invalid_id) ||
+                    (!hair && m.scattering_tex != invalid_id);
+    if (textured) {
+      bool along = shape.texcoords.empty() || (hair && m.hair.strand_uv);
+      result[index].along |= along;
+      result[index].texcoords |= !along;
+    }
+    if (hair && (color_varies(m.hair) || roughness_varies(m.hair))) result[index].index = true;
+  }
+  return result;
 }
 
 curve_point eval_curve(const curve_geometry& curves, uint32_t segment, double u) {
@@ -135,6 +172,42 @@ curve_point eval_curve(const curve_geometry& curves, uint32_t segment, double u)
   dvec3 d = dvec3(apply(w.derivative, &v[i]));
   if (glm::dot(d, d) == 0) d = dvec3(v[i + 3] - v[i]);  // doubled control points
   return {dvec3(p), d, p.w};
+}
+
+namespace {
+
+template <typename T>
+T eval_attribute(const curve_geometry& curves, const std::vector<T>& values, uint32_t segment,
+                 float u) {
+  std::size_t i = curves.segments[segment];
+  if (curves.basis == curve_basis::linear) return glm::mix(values[i], values[i + 1], u);
+  return T(apply(eval_basis(curves.basis, static_cast<double>(u)).value, &values[i]));
+}
+
+}  // namespace
+
+vec4 eval_curve_attribute(const curve_geometry& curves, const std::vector<vec4>& values,
+                          uint32_t segment, float u) {
+  return eval_attribute(curves, values, segment, u);
+}
+vec2 eval_curve_attribute(const curve_geometry& curves, const std::vector<vec2>& values,
+                          uint32_t segment, float u) {
+  return eval_attribute(curves, values, segment, u);
+}
+
+uint32_t find_strand(const curve_geometry& curves, uint32_t segment) {
+  auto end = curves.strands.end() - 1;
+  auto it = std::upper_bound(curves.strands.begin(), end, curves.segments[segment]);
+  return static_cast<uint32_t>(it - curves.strands.begin()) - 1;
+}
+
+float place_on_strand(const curve_geometry& curves, uint32_t strand, uint32_t segment, float u) {
+  uint32_t vertex = curves.segments[segment];
+  if (!curves.places.empty()) return glm::mix(curves.places[vertex], curves.places[vertex + 1], u);
+  uint32_t first = curves.strands[strand];
+  uint32_t spans = segment_count(curves.basis, curves.strands[strand + 1] - first);
+  uint32_t span = (vertex - first) / (curves.basis == curve_basis::bezier ? 3 : 1);
+  return (static_cast<float>(span) + u) / static_cast<float>(spans);
 }
 
 dvec3 smooth_tangent(const curve_geometry& curves, uint32_t segment, double u) {

@@ -97,6 +97,8 @@ struct ray_accel::impl {
     if (device) rtcReleaseDevice(device);
   }
 
+  std::vector<strand_use> use = {};
+
   RTCGeometry make_geometry(shape_data& shape, std::size_t shape_id, element_kind kind);
 };
 
@@ -121,7 +123,7 @@ RTCGeometry ray_accel::impl::make_geometry(shape_data& shape, std::size_t shape_
       break;
     case element_kind::strand: {
       if (strand_count(shape) == 0) return nullptr;
-      curves[shape_id] = take_curves(shape);
+      curves[shape_id] = take_curves(shape, use[shape_id]);
       const curve_geometry& c = curves[shape_id];
       if (c.segments.empty()) return nullptr;
       geometry = rtcNewGeometry(device, curve_type(c.basis, c.profile));
@@ -170,6 +172,7 @@ ray_accel::ray_accel(scene_data& scene, int threads, bool compact, std::vector<p
   for (const auto& instance : scene.instances) uses[static_cast<std::size_t>(instance.shape)]++;
   a.shape_scenes.resize(scene.shapes.size(), nullptr);
   a.curves.resize(scene.shapes.size());
+  a.use = find_strand_use(scene);
   a.spheres.resize(scene.shapes.size());
   a.flags.resize(scene.shapes.size());
   a.normal_matrices.resize(scene.instances.size());
@@ -217,7 +220,8 @@ ray_accel::ray_accel(scene_data& scene, int threads, bool compact, std::vector<p
     if (kind == element_kind::strand)
       for (const auto& c : a.curves)
         own += (c.vertices.size() + c.colors.size()) * sizeof(vec4) +
-               (c.segments.size() + c.strands.size()) * sizeof(uint32_t);
+               (c.texcoords.size() + c.roughness.size()) * sizeof(vec2) +
+               (c.segments.size() + c.strands.size() + c.places.size()) * sizeof(uint32_t);
     if (kind == element_kind::point)
       for (const auto& s : a.spheres) own += s.size() * sizeof(vec4);
     parts.push_back({names[k], counts[k] > 0,
@@ -262,7 +266,21 @@ const curve_geometry& ray_accel::curves(int shape) const {
   return impl_->curves[static_cast<std::size_t>(shape)];
 }
 
+namespace {
+
+// What Embree takes; a ray beyond that, of a scene at the ends of float's range,
+// meets nothing.
+bool can_be_traced(const ray3& ray) {
+  constexpr float largest = 1.8e18f;
+  for (int i = 0; i < 3; i++)
+    if (!(std::abs(ray.o[i]) < largest && std::abs(ray.d[i]) < largest)) return false;
+  return ray.d != vec3{0, 0, 0};
+}
+
+}  // namespace
+
 bool ray_accel::intersect(const ray3& ray, ray_hit& hit) const {
+  if (!can_be_traced(ray)) return false;
   RTCRayHit r;
   r.ray = {ray.o.x, ray.o.y, ray.o.z,  ray.tmin,    ray.d.x, ray.d.y,
            ray.d.z, 0,       ray.tmax, 0xffffffffu, 0,       0};
@@ -289,6 +307,7 @@ bool ray_accel::intersect(const ray3& ray, ray_hit& hit) const {
 }
 
 bool ray_accel::occluded(const ray3& ray) const {
+  if (!can_be_traced(ray)) return false;
   RTCRay r = {ray.o.x, ray.o.y, ray.o.z,  ray.tmin,    ray.d.x, ray.d.y,
               ray.d.z, 0,       ray.tmax, 0xffffffffu, 0,       0};
 #if WISP_EMBREE == 4

@@ -63,7 +63,8 @@ std::string lower_extension(const fs::path& path) {
 }
 
 // A file beside the wanted one that vanishes unless it is renamed. The ending
-// stays, since it chooses the format.
+// stays, since it chooses the format; the rest is short, so that any name that
+// the folder takes can be written.
 struct pending_file {
   fs::path target = "";
   fs::path path = "";
@@ -71,7 +72,7 @@ struct pending_file {
   explicit pending_file(const fs::path& target_) : target(target_) {
     std::random_device random;
     path = target.parent_path() /
-           fmt::format(".wisp-{:08x}{:08x}.{}", random(), random(), target.filename().string());
+           fmt::format(".wisp-{:08x}{:08x}{}", random(), random(), target.extension().string());
   }
   pending_file(const pending_file&) = delete;
   pending_file& operator=(const pending_file&) = delete;
@@ -163,6 +164,26 @@ void save_ldr(const fs::path& path, const image_data& image, const image_write_o
   encode(job, path, image);
 }
 
+// What is known to be wrong with a file to write before there is an image.
+void check_target(const fs::path& path, int width, int height) {
+  auto fail = [&](const std::string& reason) { throw file_error{path.string(), "", reason}; };
+  if (!can_save_image(path))
+    fail("images are written as .exr, .hdr, .png or .jpg; the name must end in one of them");
+  std::error_code error;
+  auto folder = path.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, error))
+    fail("the folder " + folder.string() + " does not exist");
+  error.clear();
+  if (fs::is_directory(path, error)) fail("is a folder, where a file is to be written");
+  if (error == std::errc::filename_too_long) fail("cannot be written: " + error.message());
+  // libjpeg's limit, of which OpenImageIO only learns when libjpeg ends the program.
+  constexpr int most = 65500;
+  auto extension = lower_extension(path);
+  if ((extension == ".jpg" || extension == ".jpeg") && std::max(width, height) > most)
+    fail(fmt::format("a .jpg has at most {} pixels on a side; {} x {} fit in .exr, .hdr or .png",
+                     most, width, height));
+}
+
 }  // namespace
 
 vec3 tonemap(const vec3& rgb, float exposure, bool use_filmic) {
@@ -183,10 +204,16 @@ bool can_save_image(const fs::path& path) {
   return false;
 }
 
+void check_image_output(const fs::path& path, int width, int height) {
+  check_target(path, width, height);
+  if (lower_extension(path) != ".exr") image_module::functions(path.string(), "");
+  pending_file pending(path);
+  write_file(pending, [](std::FILE*) { return true; });
+}
+
 void save_image(const fs::path& path, const image_data& image, const image_write_options& options) {
   auto fail = [&](const std::string& reason) { throw file_error{path.string(), "", reason}; };
-  if (!can_save_image(path))
-    fail("images are written as .exr, .hdr, .png or .jpg; the name must end in one of them");
+  check_target(path, image.width, image.height);
   if (image.width <= 0 || image.height <= 0 || image.channels.empty())
     fail("the image to write has no pixels");
   auto pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
@@ -194,11 +221,6 @@ void save_image(const fs::path& path, const image_data& image, const image_write
     fail(fmt::format("the image to write has {} values, where {} x {} pixels of {} channels are {}",
                      image.pixels.size(), image.width, image.height, image.channels.size(),
                      pixels * image.channels.size()));
-  std::error_code error;
-  auto folder = path.parent_path();
-  if (!folder.empty() && !fs::is_directory(folder, error))
-    fail("the folder " + folder.string() + " does not exist");
-  if (fs::is_directory(path, error)) fail("is a folder, where a file is to be written");
   try {
     auto extension = lower_extension(path);
     if (extension == ".exr")

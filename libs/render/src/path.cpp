@@ -4,8 +4,8 @@
 
 #include "path.h"
 
+#include "hair_material.h"
 #include "lights.h"
-#include "surface.h"
 #include "wisp/hair/absorption.h"
 #include "wisp/render/image.h"
 
@@ -42,40 +42,10 @@ struct media_stack {
   }
 };
 
-// A hair hit in its fibre's frame: x along, y across (h > 0), z to the viewer.
-struct hair_point {
-  mat3 frame;
-  const hair::hair_bsdf<float>* bsdf = nullptr;
-  hair::hair_hit<float> hit;
-};
-
-hair_point make_hair_point(const render_scene& scene, const surface_point& p, const vec3& outgoing,
-                           const vec3& weight) {
-  const auto& material = scene.scene.materials[static_cast<std::size_t>(p.material)];
-  const hair_material& hair = scene.hair[static_cast<std::size_t>(p.material)];
-  hair_point point;
-  point.frame = mat3(p.tangent, p.across, glm::cross(p.tangent, p.across));
-  point.bsdf = &hair.bsdf;
-  vec3 sigma_a = hair.sigma_a;
-  if (material.color_tex != invalid_id || p.color != vec4{1, 1, 1, 1}) {
-    // A texture and vertex colours tint the hair's own colour.
-    vec3 tint = vec3(p.color);
-    if (material.color_tex != invalid_id)
-      tint *= vec3(eval_texture(scene.scene.textures[static_cast<std::size_t>(material.color_tex)],
-                                p.texcoord, false));
-    vec3 base = hair::color_from_sigma_a(hair.sigma_a, material.hair.beta_n);
-    sigma_a = hair::sigma_a_from_color(base * tint, material.hair.beta_n);
-  }
-  vec3 wo = glm::transpose(point.frame) * outgoing;
-  // Lobes are drawn by what they add to this path.
-  point.hit = hair::make_hair_hit<float>(*point.bsdf, sigma_a, p.h, wo, weight);
-  return point;
-}
-
 vec3 hair_albedo(const render_scene& scene, const surface_point& p) {
-  const auto& material = scene.scene.materials[static_cast<std::size_t>(p.material)];
-  return hair::color_from_sigma_a(scene.hair[static_cast<std::size_t>(p.material)].sigma_a,
-                                  material.hair.beta_n);
+  hair_look look;
+  find_hair_look(scene, p, look, false);
+  return hair::color_from_sigma_a(look.sigma_a, look.beta_n);
 }
 
 // The part of light that reaches along a ray: 0 or 1, or what opacity leaves.
@@ -173,19 +143,24 @@ void record_first_hit(const render_scene& scene, const surface_point& p, const r
 bool scatter_hair(const render_scene& scene, const surface_point& p, const vec4& u_bsdf,
                   const vec4& u_light, path_state& path, ray3& ray) {
   vec3 outgoing = -ray.d;
-  hair_point hair = make_hair_point(scene, p, outgoing, path.weight);
-  mat3 to_local = glm::transpose(hair.frame);
+  // The fibre's frame: x along, y across (h > 0), z to the viewer.
+  mat3 frame(p.tangent, p.across, glm::cross(p.tangent, p.across));
+  mat3 to_local = glm::transpose(frame);
+  hair_look look;
+  find_hair_look(scene, p, look);
+  const hair::hair_bsdf<float>& bsdf = *look.bsdf;
+  // Lobes are drawn by what they add to this path.
+  auto hit = hair::make_hair_hit<float>(bsdf, look.sigma_a, p.h, to_local * outgoing, path.weight);
   if (!scene.lights->sources.empty())
     add_light_sample(scene, p, outgoing, u_light, path, [&](const vec3& direction) {
-      return hair::eval_hair_with_pdf<float>(*hair.bsdf, hair.hit, to_local * direction);
+      return hair::eval_hair_with_pdf<float>(bsdf, hit, to_local * direction);
     });
-  vec3 wi = hair::sample_hair<float>(*hair.bsdf, hair.hit, u_bsdf);
-  auto f = hair::eval_hair_with_pdf<float>(*hair.bsdf, hair.hit, wi);
-  if (!(f.pdf > 0)) return false;
-  path.weight *= f.value / f.pdf;
-  path.pdf = scene.lights->sources.empty() ? 0 : f.pdf;
+  auto wi = hair::sample_hair_with_pdf<float>(bsdf, hit, u_bsdf);
+  if (!(wi.pdf > 0)) return false;
+  path.weight *= wi.value / wi.pdf;
+  path.pdf = scene.lights->sources.empty() ? 0 : wi.pdf;
   path.position = p.position;
-  vec3 incoming = glm::normalize(hair.frame * wi);
+  vec3 incoming = glm::normalize(frame * wi.direction);
   ray = spawn_ray(p, incoming, incoming);
   return true;
 }

@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "accel.h"
+#include "hair_material.h"
 #include "lights.h"
-#include "surface.h"
 #include "wisp/render/image.h"
 #include "wisp/render/tesselate.h"
 
@@ -43,7 +43,8 @@ void check_indices(const scene_data& scene) {
   }
   for (std::size_t i = 0; i < scene.materials.size(); i++) {
     const auto& m = scene.materials[i];
-    for (int t : {m.emission_tex, m.color_tex, m.roughness_tex, m.scattering_tex, m.normal_tex})
+    for (int t : {m.emission_tex, m.color_tex, m.roughness_tex, m.scattering_tex, m.normal_tex,
+                  m.sigma_a_tex})
       check_texture(t, "material", i);
   }
   for (std::size_t i = 0; i < scene.environments.size(); i++)
@@ -72,8 +73,11 @@ std::vector<bool> shading_textures(const scene_data& scene) {
     const auto& m = scene.materials[at(instance.material)];
     if (m.emission != vec3{0, 0, 0}) mark(m.emission_tex);
     mark(m.color_tex);
-    if (m.type == material_type::hair) continue;
     mark(m.roughness_tex);
+    if (m.type == material_type::hair) {
+      mark(m.sigma_a_tex);
+      continue;
+    }
     mark(m.scattering_tex);
     mark(m.normal_tex);
   }
@@ -96,13 +100,6 @@ part_report texture_part(const scene_data& scene, const std::vector<bool>& used)
 part_report image_part(const std::vector<bool>& used) {
   bool read = std::find(used.begin(), used.end(), true) != used.end();
   return {"image library", read, read ? "textures are read" : "no texture is read", 0, 0};
-}
-
-part_report hair_part(const scene_data& scene) {
-  auto count = std::count_if(scene.materials.begin(), scene.materials.end(),
-                             [](const auto& m) { return m.type == material_type::hair; });
-  return {"hair lobes", count > 0,
-          count > 0 ? fmt::format("{} hair materials", count) : "no hair material", 0, 0};
 }
 
 part_report subdiv_part(const scene_data& scene) {
@@ -153,6 +150,16 @@ bool has_transparency(const scene_data& scene) {
       return true;
   }
   return false;
+}
+
+std::vector<uint32_t> count_copies(const scene_data& scene) {
+  std::vector<uint32_t> result, seen(scene.shapes.size(), 0);
+  for (const auto& use : find_strand_use(scene))
+    if (use.index || use.along) {
+      for (const auto& instance : scene.instances) result.push_back(seen[at(instance.shape)]++);
+      break;
+    }
+  return result;
 }
 
 bool is_empty(const shape_data& s) {
@@ -224,6 +231,8 @@ render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
         "will be black");
 
   start = now();
+  clamp_strand_textures(scene);
+  displaced.resize(scene.textures.size(), false);
   auto used = shading_textures(scene);
   part = texture_part(scene, used);
   bytes += load_textures(scene, used, options.threads);
@@ -244,6 +253,7 @@ render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
   part.bytes = result.hair.size() * sizeof(hair_material);
   parts.push_back(part);
 
+  result.copies = count_copies(scene);
   result.has_transparency = has_transparency(scene);
   bake_single_instances(scene);
   result.lights = std::make_unique<light_sampler>();

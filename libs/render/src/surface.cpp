@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "hair_material.h"
 #include "wisp/geometry/mesh.h"
-#include "wisp/hair/absorption.h"
 #include "wisp/render/image.h"
 
 namespace wisp {
@@ -83,10 +83,26 @@ void eval_face(const render_scene& scene, const ray3& ray, const ray_hit& hit, s
   }
 }
 
-// The strand of a vertex, by bisection.
-std::size_t find_strand(const curve_geometry& curves, uint32_t vertex) {
-  auto it = std::upper_bound(curves.strands.begin(), curves.strands.end(), vertex);
-  return static_cast<std::size_t>(it - curves.strands.begin()) - 1;
+// Colours, texture coordinates and what else belongs to a strand, as far as
+// shading asks.
+void eval_strand_attributes(const render_scene& scene, const shape_data& shape,
+                            const curve_geometry& curves, const ray_hit& hit, surface_point& p) {
+  float u = hit.uv.x;
+  if (!curves.colors.empty()) p.color = eval_curve_attribute(curves, curves.colors, hit.element, u);
+  if (!curves.roughness.empty())
+    p.roughness = eval_curve_attribute(curves, curves.roughness, hit.element, u);
+  const auto& material = scene.scene.materials[static_cast<std::size_t>(p.material)];
+  bool is_hair = material.type == material_type::hair;
+  bool along = curves.along && (shape.texcoords.empty() || (is_hair && material.hair.strand_uv));
+  if (!curves.texcoords.empty() && !along)
+    p.texcoord = eval_curve_attribute(curves, curves.texcoords, hit.element, u);
+  if (curves.strands.empty()) return;
+  uint32_t copy = scene.copies[static_cast<std::size_t>(hit.instance)];
+  uint32_t strand = find_strand(curves, hit.element);
+  p.strand_number = strand_number(copy, strand, variation_stream);
+  if (along)
+    p.texcoord = {place_on_strand(curves, strand, hit.element, u),
+                  strand_number(copy, strand, texcoord_stream)};
 }
 
 void eval_strand(const render_scene& scene, const ray3& ray, const ray_hit& hit, surface_point& p) {
@@ -140,13 +156,7 @@ void eval_strand(const render_scene& scene, const ray3& ray, const ray_hit& hit,
   }
   p.geometric_normal = p.normal;
 
-  uint32_t vertex = curves.segments[hit.element];
-  if (!shape.texcoords.empty())  // of the root
-    p.texcoord = shape.texcoords[shape.strands[find_strand(curves, vertex)]];
-  if (!curves.colors.empty()) {
-    uint32_t next = vertex + (curves.basis == curve_basis::bezier ? 3 : 1);
-    p.color = glm::mix(curves.colors[vertex], curves.colors[next], hit.uv.x);
-  }
+  eval_strand_attributes(scene, shape, curves, hit, p);
 }
 
 }  // namespace
@@ -199,25 +209,6 @@ ray3 spawn_ray(const surface_point& point, const vec3& direction, const vec3& to
   bool outside = glm::dot(towards, point.geometric_normal) > 0;
   return {point.position + point.geometric_normal * (outside ? offset : -offset), direction, 0,
           tmax};
-}
-
-hair_material make_hair_material(const material_data& material) {
-  hair_material result;
-  if (material.type != material_type::hair) return result;
-  result.used = true;
-  const hair_data& h = material.hair;
-  result.bsdf = hair::make_hair_bsdf<float>({h.eta, h.beta_m, h.beta_n, h.alpha, 3});
-  if (h.sigma_a) {
-    result.sigma_a = *h.sigma_a;
-  } else if (h.color) {
-    result.sigma_a = hair::sigma_a_from_color(*h.color, h.beta_n);
-  } else {
-    const auto& pigment = h.pigment == hair_pigment::cycles      ? hair::cycles_pigment<float>
-                          : h.pigment == hair_pigment::materialx ? hair::materialx_pigment<float>
-                                                                 : hair::pbrt_pigment<float>;
-    result.sigma_a = hair::sigma_a_from_melanin(h.eumelanin, h.pheomelanin, pigment);
-  }
-  return result;
 }
 
 }  // namespace wisp

@@ -3,19 +3,10 @@
 // From a hit to what shading needs.
 
 #include "accel.h"
-#include "wisp/hair/bsdf.h"
 #include "wisp/render/material.h"
 #include "wisp/render/render_scene.h"
 
 namespace wisp {
-
-// The hair lobes of a material, computed once.
-struct hair_material {
-  bool used = false;
-  hair::hair_bsdf<float> bsdf = {};
-  vec3 sigma_a = {0, 0, 0};
-};
-hair_material make_hair_material(const material_data& material);
 
 // A point on a surface, point sphere or strand.
 struct surface_point {
@@ -31,6 +22,8 @@ struct surface_point {
   float radius = 0;                   // of the strand here, world units
   vec2 texcoord = {0, 0};
   vec4 color = {1, 1, 1, 1};
+  float strand_number = 0.5f;  // of the strand, in [0, 1); where its material varies by it
+  vec2 roughness = {1, 1};     // factors of hair's beta_m and beta_n
 };
 
 surface_point eval_surface(const render_scene& scene, const ray3& ray, const ray_hit& hit);

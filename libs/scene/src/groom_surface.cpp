@@ -274,7 +274,7 @@ std::vector<groom_root> place_roots(const groom_surface& surface, const shape_da
     triangles.push_back(surface.triangles[t]);
   }
   const char* nothing =
-      "groom: region_min, region_max, density_axis and region_plane leave no part of the mesh";
+      "groom: the region (its box, plane and density axis) leaves no part of the mesh";
   if (candidates.empty()) throw std::invalid_argument(nothing);
   const mesh_area_sampler sampler = make_area_sampler(triangles, surface.positions);
 

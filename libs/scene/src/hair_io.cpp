@@ -203,6 +203,11 @@ std::string write_hair(const shape_data& shape, const std::string& file, warning
                     file, per_piece));
   }
 
+  if (!shape.roughness.empty()) {
+    warnings.push_back(fmt::format(
+        "{}: the format has no roughness of points; it was left out; .ply can hold it", file));
+  }
+
   const bool same =
       std::adjacent_find(counts.begin(), counts.end(), std::not_equal_to<>()) == counts.end();
   const bool transparent =

@@ -1,7 +1,5 @@
 // Materials of a JSON scene.
 
-#include <fmt/format.h>
-
 #include "json_scene.h"
 
 namespace wisp {
@@ -9,9 +7,11 @@ namespace wisp {
 namespace {
 
 int number(material_type type) { return static_cast<int>(type); }
+// A hair material by another renderer's names, beyond the material types.
+int number(hair_kind kind) { return 1000 + static_cast<int>(kind); }
 
 // The types of Yocto/GL under all the names that its versions gave them, and hair.
-material_type read_type(json_object& object) {
+material_type read_type(json_object& object, hair_kind& kind) {
   using enum material_type;
   int type = number(matte);
   object.get_word("type", type,
@@ -30,35 +30,13 @@ material_type read_type(json_object& object) {
                    {"volume", number(volumetric)},
                    {"gltfpbr", number(gltfpbr)},
                    {"principled", number(gltfpbr)},
-                   {"hair", number(hair)}});
-  return static_cast<material_type>(type);
-}
-
-void read_hair(json_object& object, hair_data& hair) {
-  vec3 color;
-  if (object.get("sigma_a", color, not_negative)) hair.sigma_a = color;
-  if (object.get("color", color, unit_interval)) hair.color = color;
-  bool has_eumelanin = object.get("eumelanin", hair.eumelanin, not_negative);
-  bool has_pheomelanin = object.get("pheomelanin", hair.pheomelanin, not_negative);
-  // Red hair has pheomelanin alone: the brown default is for "neither".
-  if (has_pheomelanin && !has_eumelanin) hair.eumelanin = 0;
-  int pigment = 0;
-  object.get_word("pigment", pigment, {{"pbrt", 0}, {"cycles", 1}, {"materialx", 2}});
-  hair.pigment = static_cast<hair_pigment>(pigment);
-  if (hair.sigma_a && hair.color) object.warn("color", "has no effect, since \"sigma_a\" is given");
-  if ((hair.sigma_a || hair.color) && (has_eumelanin || has_pheomelanin))
-    object.warn(
-        has_eumelanin ? "eumelanin" : "pheomelanin",
-        fmt::format("has no effect, since \"{}\" is given", hair.sigma_a ? "sigma_a" : "color"));
-  object.get("eta", hair.eta, {1, 10});
-  object.get("beta_m", hair.beta_m, unit_interval);
-  object.get("beta_n", hair.beta_n, unit_interval);
-  object.get("alpha", hair.alpha, {-45, 45});
-  object.ignore({"ior"}, "a hair material has \"eta\" instead; ignored");
-  object.ignore({"roughness"}, "a hair material has \"beta_m\" and \"beta_n\" instead; ignored");
-  object.ignore({"metallic", "scattering", "scanisotropy", "trdepth", "roughness_tex",
-                 "scattering_tex", "normal_tex"},
-                "has no meaning for a hair material; ignored");
+                   {"hair", number(hair)},
+                   {"pbrt_hair", number(hair)},
+                   {"principled_hair", number(hair_kind::principled)},
+                   {"chiang_hair_bsdf", number(hair_kind::chiang)}});
+  if (type < 1000) return static_cast<material_type>(type);
+  kind = static_cast<hair_kind>(type - 1000);
+  return hair;
 }
 
 void read_surface(json_object& object, const json_scene_file& file, material_data& material) {
@@ -82,9 +60,10 @@ void read_surface(json_object& object, const json_scene_file& file, material_dat
   get_reference(object, "roughness_tex", file.textures, material.roughness_tex);
   get_reference(object, "scattering_tex", file.textures, material.scattering_tex);
   get_reference(object, "normal_tex", file.textures, material.normal_tex);
-  object.ignore(
-      {"sigma_a", "eumelanin", "pheomelanin", "pigment", "eta", "beta_m", "beta_n", "alpha"},
-      "only materials of type \"hair\" use it; ignored");
+  object.ignore({"sigma_a", "eumelanin", "pheomelanin", "pigment", "reflectance", "eta", "beta_m",
+                 "beta_n", "alpha", "p_max", "coat", "lobes", "random_color", "random_roughness",
+                 "random", "strand_uv", "sigma_a_tex"},
+                "only materials of type \"hair\" use it; ignored");
 }
 
 }  // namespace
@@ -96,9 +75,10 @@ std::vector<material_data> read_materials(const json_scene_file& file) {
     material_data material;
     material.name = element.name;
     object.get("name", material.name);
-    material.type = read_type(object);
+    hair_kind kind = hair_kind::own;
+    material.type = read_type(object, kind);
     if (material.type == material_type::hair)
-      read_hair(object, material.hair);
+      read_hair(object, file, kind, material);
     else
       read_surface(object, file, material);
     object.get("emission", material.emission, not_negative);

@@ -58,6 +58,12 @@ std::vector<environment_data> read_environments(const json_scene_file& file);
 std::vector<light_data> read_lights(const json_scene_file& file);
 std::vector<material_data> read_materials(const json_scene_file& file);
 
+// By whose names a hair material is given: wisp's and pbrt's, Cycles', MaterialX'.
+enum struct hair_kind { own, principled, chiang };
+// The keys of a hair material that other types do not have.
+void read_hair(json_object& object, const json_scene_file& file, hair_kind kind,
+               material_data& material);
+
 struct json_instance {
   instance_data instance = {};
   std::string place = "";

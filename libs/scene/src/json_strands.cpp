@@ -69,6 +69,7 @@ void apply_basis(const json_context& context, const std::string& place, curve_ba
   gather(shape.colors, from);
   gather(shape.radius, from);
   gather(shape.tangents, from);
+  gather(shape.roughness, from);
   for (std::size_t s = 0; s < strands; s++) {
     auto& p = shape.positions;
     std::size_t begin = first[s], end = first[s + 1];

@@ -43,6 +43,7 @@ std::string write_obj(const shape_data& shape, const std::string& file, warning_
   };
   lose(!shape.radius.empty(), "radii");
   lose(!shape.tangents.empty(), "tangents");
+  lose(!shape.roughness.empty(), "the roughness of hair");
   lose(
       std::any_of(shape.colors.begin(), shape.colors.end(), [](const vec4& c) { return c.w != 1; }),
       "the alpha of colours");

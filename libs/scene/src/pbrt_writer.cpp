@@ -122,6 +122,10 @@ std::string write_pbrt_curves(const shape_data& shape, const std::string& file,
         "{}: the format has no colours or texture coordinates of points; they were left out",
         file));
   }
+  if (!shape.roughness.empty()) {
+    warnings.push_back(fmt::format(
+        "{}: the format has no roughness of points; it was left out; .ply can hold it", file));
+  }
   return out;
 }
 

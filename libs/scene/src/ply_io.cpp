@@ -1,7 +1,7 @@
 // The meaning of PLY files: which elements and properties make a shape. Names
 // are those of Yocto/GL, MeshLab, Blender, PyMesh and pbrt.
 //   vertex    x y z, nx ny nz, u v | s t | texture_u texture_v, red green blue
-//             alpha, radius, tx ty tz tw
+//             alpha, radius, tx ty tz tw, beta_m beta_n (factors of hair; ours)
 //   face      list vertex_indices | vertex_index
 //   tristrips list vertex_indices, -1 begins another strip
 //   line      list vertex_indices, segments or whole lines
@@ -106,6 +106,10 @@ void read_vertices(ply_body& body, const ply_element& element, shape_data& shape
   fill_from<4>(element, sinks, shape.tangents,
                {scalar({"tx"}), scalar({"ty"}), scalar({"tz"}), scalar({"tw"})}, 4,
                vec4{0, 0, 0, 1});
+  const std::array<std::size_t, 2> roughness = {scalar({"beta_m"}), scalar({"beta_n"})};
+  if (roughness[0] != none || roughness[1] != none) {
+    fill_from<2>(element, sinks, shape.roughness, roughness, 0, vec2{1, 1});
+  }
   body.read(element, sinks);
 }
 

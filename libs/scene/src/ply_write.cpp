@@ -40,6 +40,7 @@ std::string header_of(const shape_data& shape) {
   properties(!shape.colors.empty(), {"red", "green", "blue", "alpha"});
   properties(!shape.radius.empty(), {"radius"});
   properties(!shape.tangents.empty(), {"tx", "ty", "tz", "tw"});
+  properties(!shape.roughness.empty(), {"beta_m", "beta_n"});
   auto lists = [&](const char* name, std::size_t count) {
     if (count == 0) return;
     out += fmt::format("element {} {}\nproperty list uchar int vertex_indices\n", name, count);
@@ -70,6 +71,10 @@ std::string write_ply(const shape_data& shape, const std::string&, warning_list&
     if (!shape.radius.empty()) put_f32(out, shape.radius[v]);
     if (!shape.tangents.empty()) {
       for (int c = 0; c < 4; ++c) put_f32(out, shape.tangents[v][c]);
+    }
+    if (!shape.roughness.empty()) {
+      put_f32(out, shape.roughness[v].x);
+      put_f32(out, shape.roughness[v].y);
     }
   }
   for (const ivec3& t : shape.triangles) put_index_list(out, {t.x, t.y, t.z});

@@ -115,12 +115,16 @@ camera_data default_camera(const scene_data& scene) {
   double tangent = std::tan(35.0 / 2 * 3.14159265358979 / 180);
   camera.lens = static_cast<float>(static_cast<double>(camera.film) / 2 / tangent);
   // Far enough to see the front of the box, which is its nearest and so its
-  // largest face, with a margin of a tenth.
-  double distance = 1.1 * std::max({half.x / tangent, half.y / tangent * camera.aspect, 1e-6});
+  // largest face, with a margin of a tenth. A face without extent leaves what
+  // the depth is worth, and what floats tell apart at such a place.
+  double place = std::max(glm::length(low), glm::length(high));
+  double least = std::max(half.z * 1e-3, place * 1e-6);
+  if (!(least > 0)) least = 1e-6;
+  double distance = 1.1 * std::max({half.x / tangent, half.y / tangent * camera.aspect, least});
   double eye = center.z + half.z + distance;
   camera.frame[3] = {static_cast<float>(center.x), static_cast<float>(center.y),
                      static_cast<float>(std::min(eye, 3e38))};
-  camera.focus = static_cast<float>(std::clamp(half.z + distance, 1e-6, 3e38));
+  camera.focus = static_cast<float>(std::clamp(half.z + distance, 1e-37, 3e38));
   return camera;
 }
 

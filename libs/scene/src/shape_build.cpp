@@ -148,6 +148,7 @@ void gather_vertices(shape_data& shape, std::span<const uint32_t> order) {
   gather(shape.colors);
   gather(shape.radius);
   gather(shape.tangents);
+  gather(shape.roughness);
 }
 
 void apply_comment(shape_data& shape, std::string_view comment) {

@@ -51,6 +51,7 @@ void check_lengths(const shape_data& shape, const std::string& file) {
   check(shape.colors.size(), "colours");
   check(shape.radius.size(), "radii");
   check(shape.tangents.size(), "tangents");
+  check(shape.roughness.size(), "roughness factors");
 }
 
 void check_indices(const shape_data& shape, const std::string& file) {
@@ -109,6 +110,18 @@ void clean_radius(std::vector<float>& radius, const std::string& file, warning_l
   }
   report(bad, "vertex", "with a radius below zero or not finite, which became 0.001", file,
          warnings);
+}
+
+void clean_roughness(std::vector<vec2>& roughness, const std::string& file,
+                     warning_list& warnings) {
+  tally bad;
+  for (std::size_t v = 0; v < roughness.size(); ++v) {
+    if (finite(roughness[v]) && roughness[v].x >= 0 && roughness[v].y >= 0) continue;
+    note(bad, v);
+    roughness[v] = {1, 1};
+  }
+  report(bad, "vertex", "with a factor beta_m or beta_n below zero or not finite, which became 1",
+         file, warnings);
 }
 
 // Keeps the elements for which bad(element) is false.
@@ -249,6 +262,7 @@ void clean_shape(shape_data& shape, const std::string& file, warning_list& warni
                "with a colour that is not finite, which became white", file, warnings);
   clean_values(shape.tangents, vec4{0, 0, 0, 1},
                "with a tangent that is not finite, which became zero", file, warnings);
+  clean_roughness(shape.roughness, file, warnings);
   if (element_count(shape) == 0) {
     throw file_error(file, "",
                      "holds no faces, points or strands that can be used: all have vertices that "

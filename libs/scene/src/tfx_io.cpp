@@ -229,6 +229,10 @@ std::string write_tfx(const shape_data& shape, const std::string& file, warning_
         fmt::format("{}: the format holds straight segments only; {} were kept of each strand",
                     file, points - 1));
   }
+  if (!shape.roughness.empty()) {
+    warnings.push_back(fmt::format(
+        "{}: the format has no roughness of points; it was left out; .ply can hold it", file));
+  }
   if (points > 64 || (points & (points - 1)) != 0) {
     warnings.push_back(
         fmt::format("{}: strands have {} points; TressFX itself wants 4, 8, 16, 32 "

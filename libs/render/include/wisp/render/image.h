@@ -56,6 +56,12 @@ WISP_API void save_image(const std::filesystem::path& path, const image_data& im
                          const image_write_options& options = {});
 WISP_API bool can_save_image(const std::filesystem::path& path);
 
+// Throws the file_error that save_image would throw for this name (and size,
+// where it is known), to be called before hours of work rather than after: no
+// such ending or folder, no right to write there, an image module that is needed
+// and missing, more pixels than the format takes.
+WISP_API void check_image_output(const std::filesystem::path& path, int width = 0, int height = 0);
+
 // The tone curve of .png and .jpg: exposure in stops, a filmic shoulder that
 // keeps hue and reaches white at 12 (nothing changes up to mid-grey, 0.18), then
 // the sRGB encoding; result in [0, 1]. Monotone in exposure. Without filmic:

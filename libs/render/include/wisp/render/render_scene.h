@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -30,7 +31,10 @@ struct render_scene {
   std::unique_ptr<ray_accel> accel;
   std::unique_ptr<light_sampler> lights;
   std::vector<hair_material> hair;  // one for each material; empty without hair
-  bool has_transparency = false;    // some opacity is below 1
+  // For each instance how many before it show the same shape; empty where no
+  // strand asks for it.
+  std::vector<uint32_t> copies;
+  bool has_transparency = false;  // some opacity is below 1
 
   WISP_API render_scene();
   WISP_API ~render_scene();

@@ -16,6 +16,7 @@
 #include "wisp/core/error.h"
 #include "wisp/core/export.h"
 #include "wisp/core/math.h"
+#include "wisp/hair/materials.h"
 
 namespace wisp {
 
@@ -74,7 +75,8 @@ enum struct material_type {
 enum struct hair_pigment { pbrt, cycles, materialx };
 
 // Parameters of a hair material. The absorption is the first that is given of
-// sigma_a, color, melanin; with none, eumelanin 1.3.
+// sigma_a, color, melanin; with none, eumelanin 1.3. Where lobes are counted,
+// R, TT, TRT are 0, 1, 2.
 struct hair_data {
   std::optional<vec3> sigma_a = {};  // per unit fibre radius, >= 0
   std::optional<vec3> color = {};    // wanted colour of a thick mass of hair, in [0, 1]
@@ -85,7 +87,38 @@ struct hair_data {
   float beta_m = 0.3f;  // longitudinal roughness, [0, 1]
   float beta_n = 0.3f;  // azimuthal roughness, [0, 1]
   float alpha = 2;      // tilt of the scales, degrees
+
+  // As in wisp::hair::hair_parameters.
+  int p_max = 3;
+  float coat = 0;
+  std::array<vec3, 3> strength = {vec3{1}, vec3{1}, vec3{1}};
+  std::array<vec2, 3> roughness = {vec2{-1}, vec2{-1}, vec2{-1}};
+
+  // Variation from strand to strand, [0, 1]: with the strand's random number r the
+  // absorption is multiplied by 1 + 2 (r - 1/2) random_color, and all roughnesses
+  // by the same of random_roughness. `random` stands in for the number of every
+  // strand.
+  float random_color = 0;
+  float random_roughness = 0;
+  std::optional<float> random = {};
+
+  // Textures are looked up at (u, v) of the strand even if the shape has texture
+  // coordinates: u from 0 at the root to 1 at the tip, v a number of the strand.
+  bool strand_uv = false;
+
+  // Cycles' Principled Hair, in place of all of the above but `random` and
+  // `strand_uv`: its melanin does not vary in proportion. Its own `random` is not
+  // used.
+  std::optional<hair::principled_hair<float>> principled = {};
 };
+
+// What a hair material is on a strand of random number r, with its roughnesses
+// along and around the fibre multiplied by `factor`.
+WISP_API hair::material<float> hair_on_strand(const hair_data& hair, float r = 0.5f,
+                                              const vec2& factor = {1, 1});
+// Whether r matters for the absorption, and for the lobes.
+WISP_API bool color_varies(const hair_data& hair);
+WISP_API bool roughness_varies(const hair_data& hair);
 
 struct material_data {
   std::string name = "";
@@ -102,8 +135,11 @@ struct material_data {
   hair_data hair = {};
 
   int emission_tex = invalid_id;
-  int color_tex = invalid_id;      // alpha multiplies opacity
-  int roughness_tex = invalid_id;  // green: roughness, blue: metallic, as in glTF
+  int color_tex = invalid_id;  // alpha multiplies opacity
+  // Green multiplies roughness, blue metallic, as in glTF; on hair red multiplies
+  // beta_m and green beta_n.
+  int roughness_tex = invalid_id;
+  int sigma_a_tex = invalid_id;  // hair: multiplies the absorption; never decoded as sRGB
   int scattering_tex = invalid_id;
   int normal_tex = invalid_id;  // tangent space, green up as in glTF and Yocto/GL
 };
@@ -137,7 +173,8 @@ struct shape_data {
   std::vector<vec2> texcoords = {};
   std::vector<vec4> colors = {};  // linear
   std::vector<float> radius = {};
-  std::vector<vec4> tangents = {};  // xyz, and w = the sign of the bitangent
+  std::vector<vec4> tangents = {};   // xyz, and w = the sign of the bitangent
+  std::vector<vec2> roughness = {};  // of strands: factors >= 0 on beta_m and beta_n of hair
 };
 
 inline std::size_t strand_count(const shape_data& s) {
