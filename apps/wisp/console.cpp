@@ -1,11 +1,15 @@
 #include "console.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <string_view>
+#include <system_error>
 
 namespace {
 
@@ -25,8 +29,15 @@ void on_interrupt(int) {
 progress_line::progress_line(bool quiet) : active_(!quiet && isatty(STDERR_FILENO) != 0) {}
 progress_line::~progress_line() { clear(); }
 
-void progress_line::show(const std::string& text) {
+// Cut to one line of the terminal: what is wrapped could not be redrawn.
+void progress_line::show(const std::string& whole) {
   if (!active_) return;
+  winsize size = {};
+  std::size_t columns = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1
+                            ? size.ws_col - 1u
+                            : whole.size();
+  auto text = whole.substr(0, columns);
+  drawn_ = std::min(drawn_, columns);
   std::string padding(drawn_ > text.size() ? drawn_ - text.size() : 0, ' ');
   fmt::print(stderr, "\r{}{}", text, padding);
   std::fflush(stderr);
@@ -52,6 +63,13 @@ std::string format_bytes(double bytes) {
   if (bytes < 1e6) return fmt::format("{:.1f} kB", bytes / 1e3);
   if (bytes < 1e9) return fmt::format("{:.1f} MB", bytes / 1e6);
   return fmt::format("{:.2f} GB", bytes / 1e9);
+}
+
+void flush_results() {
+  errno = 0;
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw wisp::file_error(
+        "stdout", "", "cannot be written: " + std::generic_category().message(errno ? errno : EIO));
 }
 
 void print_warnings(const wisp::warning_list& warnings, bool quiet) {

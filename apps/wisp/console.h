@@ -27,6 +27,9 @@ std::string format_duration(double seconds);
 // "12 kB", "3.4 MB".
 std::string format_bytes(double bytes);
 
+// Throws if what was printed to stdout did not get there (a full disk).
+void flush_results();
+
 void print_warnings(const wisp::warning_list& warnings, bool quiet);
 
 // Becomes true at the first Ctrl-C; the second one ends the program at once.

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "commands.h"
 #include "console.h"
@@ -30,36 +31,53 @@ void append(std::vector<T>& to, std::size_t before, const std::vector<T>& from, 
   to.resize(before + count, none);
 }
 
-// All instances of a scene as one shape in world space.
-wisp::shape_data merge_instances(const wisp::scene_data& scene, const std::string& path) {
+// Turns the faces from `first` on around, so that a mirror keeps the outside outside.
+void flip_faces(wisp::shape_data& shape, std::size_t first_triangle, std::size_t first_quad) {
+  for (std::size_t i = first_triangle; i < shape.triangles.size(); i++)
+    std::swap(shape.triangles[i].y, shape.triangles[i].z);
+  for (std::size_t i = first_quad; i < shape.quads.size(); i++) {
+    auto& q = shape.quads[i];
+    q = q.z == q.w ? wisp::ivec4{q.x, q.z, q.y, q.y} : wisp::ivec4{q.x, q.w, q.z, q.y};
+  }
+}
+
+// All instances of a scene as one shape in world space. Those with strands come
+// first, since strands are runs of vertices from the first one on.
+wisp::shape_data merge_instances(wisp::scene_data scene, const std::string& path) {
+  auto shape_of = [&](const wisp::instance_data& instance) -> const wisp::shape_data& {
+    return scene.shapes[static_cast<std::size_t>(instance.shape)];
+  };
+  std::stable_partition(scene.instances.begin(), scene.instances.end(), [&](const auto& instance) {
+    return wisp::strand_count(shape_of(instance)) > 0;
+  });
   wisp::shape_data all;
-  bool first_strands = true;
   for (const auto& instance : scene.instances) {
-    const auto& s = scene.shapes[static_cast<std::size_t>(instance.shape)];
+    const auto& s = shape_of(instance);
     std::size_t before = all.positions.size(), count = s.positions.size();
+    std::size_t triangles = all.triangles.size(), quads = all.quads.size();
     auto base = static_cast<int>(before);
+    float determinant = glm::determinant(wisp::rotation(instance.frame));
     for (const auto& p : s.positions)
       all.positions.push_back(wisp::transform_point(instance.frame, p));
     std::vector<wisp::vec3> normals = s.normals;
     for (auto& n : normals) n = wisp::transform_normal(instance.frame, n);
+    std::vector<float> radius = s.radius;
+    for (auto& r : radius) r *= std::cbrt(std::abs(determinant));
     append(all.normals, before, normals, count, {0, 0, 0});
     append(all.texcoords, before, s.texcoords, count, {0, 0});
     append(all.colors, before, s.colors, count, {1, 1, 1, 1});
-    append(all.radius, before, s.radius, count, 0.001f);
+    append(all.radius, before, radius, count, 0.001f);
     for (int p : s.points) all.points.push_back(p + base);
     for (const auto& t : s.triangles) all.triangles.push_back(t + base);
     for (const auto& q : s.quads) all.quads.push_back(q + base);
-    if (wisp::strand_count(s) > 0) {
-      if (!all.positions.empty() && before > 0 && (first_strands || all.basis != s.basis))
-        throw wisp::file_error(
-            path, "",
-            "holds strands and faces, or strands of several bases; these cannot be one shape");
-      if (first_strands) all.strands.push_back(0);
-      all.basis = s.basis;
-      for (std::size_t k = 1; k < s.strands.size(); k++)
-        all.strands.push_back(s.strands[k] + static_cast<uint32_t>(before));
-      first_strands = false;
-    }
+    if (determinant < 0) flip_faces(all, triangles, quads);
+    if (wisp::strand_count(s) == 0) continue;
+    if (before > 0 && (all.basis != s.basis || all.strands.back() != before))
+      throw wisp::file_error(path, "", "holds strands of several bases, which cannot be one shape");
+    if (before == 0) all.strands.push_back(0);
+    all.basis = s.basis;
+    for (std::size_t k = 1; k < s.strands.size(); k++)
+      all.strands.push_back(s.strands[k] + static_cast<uint32_t>(before));
   }
   return all;
 }
@@ -77,6 +95,7 @@ int run_convert(const convert_arguments& args) {
   wisp::save_shape(args.out, shape, warnings);
   print_warnings(warnings, args.quiet);
   if (!args.quiet) fmt::print("{}\n", args.out);
+  flush_results();
   return 0;
 }
 

@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
+#include <array>
+#include <vector>
+
 #include "commands.h"
 #include "console.h"
 #include "run_report.h"
 #include "wisp/render/gltf.h"
 #include "wisp/render/render_scene.h"
+#include "wisp/scene/io.h"
 
 namespace {
 
@@ -26,10 +30,23 @@ const char* basis_name(wisp::curve_basis basis) {
   return names[static_cast<std::size_t>(basis)];
 }
 
-nlohmann::ordered_json describe(const wisp::scene_data& scene, const std::string& path) {
+// The bounds of a shape's file leave out the lamp that it is seen by.
+std::array<wisp::vec3, 2> bounds_of(wisp::scene_data& scene, const std::string& path) {
+  if (!wisp::can_load_shape(path)) return wisp::scene_bounds(scene);
+  auto all = scene.instances;
+  std::erase_if(scene.instances, [&](const auto& instance) {
+    const auto& material = scene.materials[static_cast<std::size_t>(instance.material)];
+    return wisp::max_component(material.emission) > 0;
+  });
+  auto bounds = wisp::scene_bounds(scene);
+  scene.instances = std::move(all);
+  return bounds;
+}
+
+nlohmann::ordered_json describe(wisp::scene_data& scene, const std::string& path) {
   using json = nlohmann::ordered_json;
   json info = {{"wisp", WISP_VERSION}, {"scene", path}};
-  auto bounds = wisp::scene_bounds(scene);
+  auto bounds = bounds_of(scene, path);
   if (bounds[0].x <= bounds[1].x)
     info["bounds"] = {{bounds[0].x, bounds[0].y, bounds[0].z},
                       {bounds[1].x, bounds[1].y, bounds[1].z}};
@@ -69,6 +86,10 @@ nlohmann::ordered_json describe(const wisp::scene_data& scene, const std::string
   return info;
 }
 
+std::string shown_name(const nlohmann::ordered_json& name) {
+  return name == "" ? "(no name)" : name.get<std::string>();
+}
+
 void print_text(const nlohmann::ordered_json& info) {
   fmt::print("{}\n", info["scene"].get<std::string>());
   if (info.contains("bounds")) {
@@ -77,8 +98,7 @@ void print_text(const nlohmann::ordered_json& info) {
                b[0][1], b[0][2], b[1][0], b[1][1], b[1][2]);
   }
   std::string cameras;
-  for (const auto& c : info["cameras"])
-    cameras += (cameras.empty() ? "" : ", ") + c.get<std::string>();
+  for (const auto& c : info["cameras"]) cameras += (cameras.empty() ? "" : ", ") + shown_name(c);
   fmt::print("  cameras      {}{}\n", info["cameras"].size(),
              cameras.empty() ? "" : ": " + cameras);
   fmt::print("  shapes       {}\n", info["shapes"].size());
@@ -88,12 +108,12 @@ void print_text(const nlohmann::ordered_json& info) {
       if (key != "name" && key != "basis")
         line += fmt::format("{}{} {}", line.empty() ? "" : ", ", value.get<std::size_t>(), key);
     if (s.contains("basis")) line += ", basis " + s["basis"].get<std::string>();
-    fmt::print("    {}: {}\n", s["name"].get<std::string>(), line);
+    fmt::print("    {}: {}\n", shown_name(s["name"]), line);
   }
   fmt::print("  subdivs      {}\n", info["subdivs"].get<std::size_t>());
   fmt::print("  materials    {}\n", info["materials"].size());
   for (const auto& m : info["materials"])
-    fmt::print("    {}: {}\n", m["name"].get<std::string>(), m["type"].get<std::string>());
+    fmt::print("    {}: {}\n", shown_name(m["name"]), m["type"].get<std::string>());
   fmt::print("  textures     {}\n", info["textures"].size());
   fmt::print("  instances    {}\n", info["instances"].get<std::size_t>());
   fmt::print("  environments {}\n", info["environments"].get<std::size_t>());
@@ -110,9 +130,10 @@ int run_info(const info_arguments& args) {
   auto info = describe(scene, args.scene);
   print_warnings(warnings, args.quiet);
   if (args.json)
-    fmt::print("{}\n", info.dump(2));
+    fmt::print("{}\n", json_text(info));
   else
     print_text(info);
+  flush_results();
   return 0;
 }
 

@@ -1,5 +1,7 @@
+#include <fcntl.h>
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <exception>
 #include <new>
 #include <string>
@@ -27,9 +29,17 @@ std::string quote_command(int argc, char** argv) {
   return line;
 }
 
+// A file that is opened while one of them is closed would get its number, and
+// what is printed.
+void open_standard_streams() {
+  for (int fd = 0; fd <= 2; fd++)
+    if (fcntl(fd, F_GETFD) < 0 && errno == EBADF && open("/dev/null", O_RDWR) != fd) return;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  open_standard_streams();
   CLI::App app("wisp: path-traced hair, and PDEs without a volume mesh", "wisp");
   app.set_version_flag("--version", "wisp " WISP_VERSION);
   app.require_subcommand(1);
@@ -37,7 +47,19 @@ int main(int argc, char** argv) {
   auto render = add_render(app, quote_command(argc, argv));
   auto info = add_info(app);
   auto convert = add_convert(app);
+  auto stress = add_stress(app);
 
+  std::string commands;
+  bool known = argc < 2 || argv[1][0] == '-';
+  for (const auto* command : app.get_subcommands([](CLI::App*) { return true; })) {
+    known = known || command->get_name() == argv[1];
+    commands += (commands.empty() ? "" : ", ") + command->get_name();
+  }
+  if (!known) {
+    fmt::print(stderr, "wisp: there is no command '{}', but these: {}\nRun 'wisp --help'.\n",
+               argv[1], commands);
+    return exit_usage;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -50,6 +72,7 @@ int main(int argc, char** argv) {
   try {
     if (app.got_subcommand("render")) return render();
     if (app.got_subcommand("info")) return info();
+    if (app.got_subcommand("stress")) return stress();
     return convert();
   } catch (const usage_error& error) {
     fmt::print(stderr, "wisp: {}\n", error.what());

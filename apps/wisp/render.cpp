@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <exception>
 #include <filesystem>
+#include <limits>
 #include <map>
-#include <optional>
 
 #include "commands.h"
 #include "console.h"
@@ -18,6 +21,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr int unlimited_samples = 1 << 24;
+constexpr double largest_float = std::numeric_limits<float>::max();
+
 struct render_arguments {
   std::string scene;
   std::vector<std::string> outputs;
@@ -25,6 +31,7 @@ struct render_arguments {
   std::string camera;
   std::vector<std::string> aovs;
   std::string report;
+  std::string filter = "blackman-harris";
   std::string tonemap = "filmic";
   float exposure = 0;
   bool half_float = false;
@@ -61,8 +68,7 @@ int find_camera(const wisp::scene_data& scene, const std::string& name) {
                                 names.empty() ? "none" : names));
 }
 
-// Fails before hours of rendering rather than after.
-void check_writable(const std::string& output) {
+void check_report(const std::string& output) {
   auto folder = fs::absolute(output).parent_path();
   if (!fs::is_directory(folder))
     throw wisp::file_error(output, "",
@@ -70,12 +76,30 @@ void check_writable(const std::string& output) {
   if (fs::is_directory(output)) throw wisp::file_error(output, "", "is a folder");
 }
 
-void check_outputs(const std::vector<std::string>& outputs) {
-  for (const auto& output : outputs) {
+bool same_file(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+}
+
+// Fails before hours of rendering rather than after.
+void check_outputs(const render_arguments& args) {
+  for (const auto& output : args.outputs)
     if (!wisp::can_save_image(output))
       throw usage_error(fmt::format("-o: '{}' must end in .exr, .hdr, .png or .jpg", output));
-    check_writable(output);
+  if (!args.report.empty()) {
+    if (same_file(args.report, args.scene))
+      throw usage_error(fmt::format("--report: '{}' is the scene itself", args.report));
+    for (const auto& output : args.outputs)
+      if (same_file(args.report, output))
+        throw usage_error(fmt::format("--report: '{}' is the name of an image, too", args.report));
+    check_report(args.report);
   }
+  for (const auto& output : args.outputs) wisp::check_image_output(output);
+}
+
+// One sample tells nothing about its error.
+std::string error_text(double error, int64_t samples) {
+  return samples > 1 ? fmt::format("{:.2g}", error) : "unknown";
 }
 
 std::string progress_text(const wisp::trace_progress& p, const wisp::trace_options& options) {
@@ -85,8 +109,10 @@ std::string progress_text(const wisp::trace_progress& p, const wisp::trace_optio
     double ratio = p.error / static_cast<double>(options.error);
     left = std::min(left, std::max(0.0, p.seconds * (ratio * ratio - 1)));
   }
-  return fmt::format("render: {}/{} samples, {:.2f} M paths/s, error {:.2g}, {} left",
-                     p.samples_done, p.samples_wanted, p.samples_per_second * 1e-6, p.error,
+  auto wanted =
+      options.samples < unlimited_samples ? fmt::format("/{}", p.samples_wanted) : std::string();
+  return fmt::format("render: {}{} samples, {:.2f} M paths/s, error {}, {} left", p.samples_done,
+                     wanted, p.samples_per_second * 1e-6, error_text(p.error, p.samples_done),
                      format_duration(left));
 }
 
@@ -102,14 +128,26 @@ void save_outputs(const render_arguments& args, const wisp::image_data& image) {
   options.exposure = args.exposure;
   options.filmic = args.tonemap == "filmic";
   options.half_float = args.half_float;
-  for (const auto& output : args.outputs) wisp::save_image(output, image, options);
+  // All are tried: the failure of one must not cost the others.
+  std::exception_ptr failure;
+  for (const auto& output : args.outputs) try {
+      wisp::save_image(output, image, options);
+    } catch (...) {
+      if (!failure) failure = std::current_exception();
+    }
+  if (failure) std::rethrow_exception(failure);
 }
 
 int run_render(render_arguments args, const std::string& command_line) {
   if (!args.resolution.empty()) parse_resolution(args.resolution, args.trace);
-  check_outputs(args.outputs);
-  if (!args.report.empty()) check_writable(args.report);
+  check_outputs(args);
   auto& options = args.trace;
+  static const std::map<std::string, wisp::pixel_filter> filters = {
+      {"box", wisp::pixel_filter::box},
+      {"tent", wisp::pixel_filter::tent},
+      {"gaussian", wisp::pixel_filter::gaussian},
+      {"blackman-harris", wisp::pixel_filter::blackman_harris}};
+  options.filter = filters.at(args.filter);
   for (const auto& aov : args.aovs) {
     options.albedo |= aov == "albedo";
     options.normal |= aov == "normal";
@@ -126,11 +164,18 @@ int run_render(render_arguments args, const std::string& command_line) {
   auto data = wisp::load_scene(args.scene, warnings);
   if (data.cameras.empty()) data.cameras.push_back(wisp::default_camera(data));
   options.camera = find_camera(data, args.camera);
-  wisp::image_size(data, options);
+  auto size = wisp::image_size(data, options);
+  for (const auto& output : args.outputs) wisp::check_image_output(output, size.x, size.y);
 
   timer.start("build");
   line.show("build: textures, ray structures and lights");
-  auto scene = wisp::prepare_scene(std::move(data), {options.threads, args.compact}, warnings);
+  auto scene = [&] {
+    try {
+      return wisp::prepare_scene(std::move(data), {options.threads, args.compact}, warnings);
+    } catch (const std::invalid_argument& error) {  // of a scene that the file itself allows
+      throw wisp::file_error(args.scene, "", error.what());
+    }
+  }();
   timer.stop();
   line.clear();
   print_warnings(warnings, args.quiet);
@@ -183,33 +228,57 @@ int run_render(render_arguments args, const std::string& command_line) {
         {"auxiliary images", aovs, aovs ? "asked for by --aovs" : "none asked for by --aovs", 0,
          (state.albedo.size() + state.normal.size() + state.tangent.size()) * sizeof(wisp::vec3) +
              state.depth.size() * 8});
-    nlohmann::ordered_json report = {{"wisp", WISP_VERSION},
-                                     {"command", command_line},
-                                     {"scene", args.scene},
-                                     {"threads", wisp::thread_count(options.threads)},
-                                     {"seconds", timer.wall()},
-                                     {"cpu_seconds", timer.cpu()},
-                                     {"peak_memory_bytes", peak_memory_bytes()},
-                                     {"width", state.width},
-                                     {"height", state.height},
-                                     {"samples", samples},
-                                     {"error", error},
-                                     {"interrupted", interrupted},
-                                     {"dropped_paths", state.paths_with_errors},
-                                     {"warnings", warnings},
-                                     {"parts", parts_json(parts)}};
-    save_text(args.report, report.dump(2) + "\n");
+    nlohmann::ordered_json report = {
+        {"wisp", WISP_VERSION},
+        {"command", command_line},
+        {"scene", args.scene},
+        {"threads", wisp::thread_count(options.threads)},
+        {"seconds", timer.wall()},
+        {"cpu_seconds", timer.cpu()},
+        {"peak_memory_bytes", peak_memory_bytes()},
+        {"width", state.width},
+        {"height", state.height},
+        {"samples", samples},
+        {"error", samples > 1 ? nlohmann::ordered_json(error) : nlohmann::ordered_json()},
+        {"interrupted", interrupted},
+        {"dropped_paths", state.paths_with_errors},
+        {"warnings", warnings},
+        {"parts", parts_json(parts)}};
+    save_text(args.report, json_text(report) + "\n");
   }
   if (!args.quiet) {
     double paths = 0;
     for (uint32_t n : state.samples) paths += n;
-    fmt::print("{}{} samples in {}, {:.2f} M paths/s, error {:.2g}, peak memory {}\n",
+    fmt::print("{}{} sample{} in {}, {:.2f} M paths/s, error {}, peak memory {}\n",
                interrupted ? "stopped; saved what there is: " : "", samples,
-               format_duration(timer.seconds("render")), paths / timer.seconds("render") * 1e-6,
-               error, format_bytes(static_cast<double>(peak_memory_bytes())));
+               samples == 1 ? "" : "s", format_duration(timer.seconds("render")),
+               paths / timer.seconds("render") * 1e-6, error_text(error, samples),
+               format_bytes(static_cast<double>(peak_memory_bytes())));
     for (const auto& output : args.outputs) fmt::print("{}\n", output);
   }
   return interrupted ? exit_interrupted : 0;
+}
+
+// CLI11's own checks let NaN pass and print limits of three hundred digits.
+CLI::Validator number_check(double least, const std::string& range,
+                            double most = std::numeric_limits<double>::max()) {
+  return {[=](const std::string& text) -> std::string {
+            char* end = nullptr;
+            double value = std::strtod(text.c_str(), &end);
+            bool whole = !text.empty() && *end == '\0';
+            if (whole && value >= least && value <= most) return "";
+            return fmt::format("'{}' must be a number {}", text, range);
+          },
+          "", ""};
+}
+
+// strtoull, which CLI11 calls, makes 2^64 - 1 of -1.
+std::string check_seed(const std::string& text) {
+  uint64_t seed = 0;
+  auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error == std::errc() && end == text.data() + text.size()) return "";
+  return fmt::format("'{}' must be a whole number from 0 to {}", text,
+                     std::numeric_limits<uint64_t>::max());
 }
 
 }  // namespace
@@ -229,7 +298,7 @@ command_action add_render(CLI::App& app, const std::string& command_line) {
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   cmd->add_option("--samples", o.samples, "Paths for each pixel")
-      ->check(CLI::Range(1, 1 << 24))
+      ->check(CLI::Range(1, unlimited_samples))
       ->capture_default_str();
   cmd->add_option("--resolution", args->resolution, "W or WxH; default: 1280 on the longer side");
   cmd->add_option("--camera", args->camera, "Camera by name; default: the first");
@@ -237,44 +306,41 @@ command_action add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::Range(0, 65536))
       ->capture_default_str();
   cmd->add_option("--exposure", args->exposure, "Stops, for .png and .jpg")
-      ->check(CLI::Range(-100.0, 100.0));
+      ->check(number_check(-100, "from -100 to 100", 100));
   cmd->add_option("--tonemap", args->tonemap, "Curve of .png and .jpg: filmic or srgb")
       ->check(CLI::IsMember({"filmic", "srgb"}))
       ->capture_default_str();
   cmd->add_option("--aovs", args->aovs, "More channels for .exr: albedo,normal,tangent,depth,error")
       ->delimiter(',')
       ->check(CLI::IsMember({"albedo", "normal", "tangent", "depth", "error"}));
-  static const std::map<std::string, wisp::pixel_filter> filters = {
-      {"box", wisp::pixel_filter::box},
-      {"tent", wisp::pixel_filter::tent},
-      {"gaussian", wisp::pixel_filter::gaussian},
-      {"blackman-harris", wisp::pixel_filter::blackman_harris}};
-  cmd->add_option("--filter", o.filter,
-                  "Pixel filter: box, tent, gaussian, blackman-harris (default)")
-      ->transform(CLI::Transformer(filters, CLI::ignore_case).description(""))
-      ->check(CLI::Range(0, 3).description(""))
-      ->option_text("NAME");
+  cmd->add_option("--filter", args->filter, "Pixel filter: box, tent, gaussian, blackman-harris")
+      ->transform(CLI::IsMember({"box", "tent", "gaussian", "blackman-harris"}, CLI::ignore_case)
+                      .description(""))
+      ->option_text("NAME=blackman-harris");
   cmd->add_option("--clamp", o.clamp,
                   "Largest radiance of a path; 0 (default) is none, as it should be")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_check(0, "of at least 0", largest_float));
   cmd->add_flag("--hide-environment", o.hide_environment,
                 "Black, transparent background; the sky still lights");
   cmd->add_flag("--half", args->half_float, ".exr with half-float colours");
   cmd->add_flag("--compact", args->compact, "Smaller ray structures, somewhat slower");
-  cmd->add_option("--seed", o.seed, "Seed of the random numbers")->capture_default_str();
+  cmd->add_option("--seed", o.seed, "Seed of the random numbers")
+      ->check(CLI::Validator(check_seed, "", ""))
+      ->capture_default_str();
   cmd->add_option("--threads", o.threads, "Threads; 0: all")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   cmd->add_option("--time", o.seconds, "Stop after this many seconds of rendering")
-      ->check(CLI::PositiveNumber);
+      ->check(number_check(std::numeric_limits<double>::denorm_min(), "greater than 0"));
   cmd->add_option("--error", o.error, "Stop when the estimated error of the image is below")
-      ->check(CLI::PositiveNumber);
+      ->check(
+          number_check(std::numeric_limits<float>::denorm_min(), "greater than 0", largest_float));
   cmd->add_option("--report", args->report, "JSON report of time, memory and what was built");
   cmd->add_flag("--quiet", args->quiet, "No progress, no warnings, no summary");
   cmd->callback([args, cmd] {
     // A budget in time or error without a number of samples: as many as it takes.
     bool budget = args->trace.seconds > 0 || args->trace.error > 0;
-    if (budget && cmd->count("--samples") == 0) args->trace.samples = 1 << 24;
+    if (budget && cmd->count("--samples") == 0) args->trace.samples = unlimited_samples;
   });
   return [args, command_line] { return run_render(*args, command_line); };
 }

@@ -67,9 +67,12 @@ nlohmann::ordered_json parts_json(const std::vector<wisp::part_report>& parts) {
   return list;
 }
 
+std::string json_text(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 void save_text(const std::filesystem::path& path, const std::string& text) {
-  auto beside = path;
-  beside += fmt::format(".{}.tmp", getpid());
+  auto beside = path.parent_path() / fmt::format(".wisp-{}.tmp", getpid());
   {
     std::ofstream out(beside, std::ios::binary);
     out << text;

@@ -25,5 +25,8 @@ class phase_timer {
 
 std::size_t peak_memory_bytes();
 nlohmann::ordered_json parts_json(const std::vector<wisp::part_report>& parts);
+// Indented; bytes of file names that are no UTF-8, which JSON cannot hold, become
+// replacement characters.
+std::string json_text(const nlohmann::ordered_json& json);
 // Writes text beside the path, then renames; throws wisp::file_error.
 void save_text(const std::filesystem::path& path, const std::string& text);

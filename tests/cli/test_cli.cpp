@@ -1,135 +1,20 @@
 // The command as a user meets it: exit statuses, messages, whole files or none.
 
 #include <doctest/doctest.h>
-#include <fcntl.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
+#include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "run_command.h"
 #include "wisp/render/image.h"
-
-namespace fs = std::filesystem;
-
-namespace {
-
-struct outcome {
-  int status = -1;
-  std::string out, err;
-};
-
-std::string read_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
-// A folder of its own for each test, removed at the end.
-struct folder {
-  fs::path path;
-  folder() {
-    std::string name = (fs::temp_directory_path() / "wisp-cli-XXXXXX").string();
-    path = mkdtemp(name.data());
-  }
-  ~folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  folder(const folder&) = delete;
-  folder& operator=(const folder&) = delete;
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path / name, std::ios::binary) << text;
-    return (path / name).string();
-  }
-  std::size_t files() const {
-    return std::size_t(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
-  }
-};
-
-pid_t start(const std::vector<std::string>& args, const fs::path& out, const fs::path& err) {
-  pid_t pid = fork();
-  if (pid == 0) {
-    auto redirect = [](const fs::path& path, int to) {
-      int fd = open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
-      dup2(fd, to);
-    };
-    redirect(out, 1);
-    redirect(err, 2);
-    std::vector<char*> argv = {const_cast<char*>(WISP_COMMAND)};
-    for (const auto& a : args) argv.push_back(const_cast<char*>(a.c_str()));
-    argv.push_back(nullptr);
-    execv(WISP_COMMAND, argv.data());
-    _exit(127);
-  }
-  return pid;
-}
-
-int finish(pid_t pid) {
-  int status = 0;
-  waitpid(pid, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
-}
-
-outcome run(const std::vector<std::string>& args) {
-  folder logs;
-  outcome o;
-  o.status = finish(start(args, logs.path / "out", logs.path / "err"));
-  o.out = read_file(logs.path / "out");
-  o.err = read_file(logs.path / "err");
-  return o;
-}
-
-// Fails with one message that holds the words, exit status 1, and no new file.
-void check_fault(const folder& f, const std::vector<std::string>& args,
-                 const std::vector<std::string>& words) {
-  auto files = f.files();
-  auto o = run(args);
-  CAPTURE(o.err);
-  CHECK(o.status == 1);
-  CHECK(std::count(o.err.begin(), o.err.end(), '\n') == 1);
-  CHECK(o.err.rfind("wisp: error: ", 0) == 0);
-  for (const auto& w : words) {
-    CAPTURE(w);
-    CHECK(o.err.find(w) != std::string::npos);
-  }
-  CHECK(f.files() == files);
-}
-
-// A lit square; `extra` goes into the file's object.
-std::string simple_scene(const folder& f, const std::string& extra = "") {
-  f.write("square.obj",
-          "v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 "
-          "4/4\n");
-  return f.write("scene.json", R"({"asset": {"version": "4.2"},
-    "cameras": [{"name": "main", "lookat": [0, 2, 3, 0, 0, 0, 0, 1, 0], "aspect": 1.5},
-                {"name": "top", "lookat": [0, 3, 0.01, 0, 0, 0, 0, 1, 0], "aspect": 1}],
-    "environments": [{"name": "sky", "emission": [1, 1, 1]}],
-    "shapes": [{"name": "square", "uri": "square.obj"}],
-    "materials": [{"name": "grey", "type": "matte", "color": [0.5, 0.5, 0.5]}],
-    "instances": [{"shape": 0, "material": 0}])" +
-                                   extra + "}");
-}
-
-std::vector<std::string> quick(const std::string& scene, const std::string& out) {
-  return {"render", scene, "-o", out, "--resolution", "24x16", "--samples", "4"};
-}
-
-std::vector<std::string> operator+(std::vector<std::string> a, const std::vector<std::string>& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
-}  // namespace
 
 TEST_CASE("cli: help, version and wrong use") {
   CHECK(run({"--help"}).status == 0);
@@ -371,4 +256,54 @@ TEST_CASE("cli: convert keeps hair and meshes") {
   check_fault(f, {"convert", from, f / "hair.stl"}, {"hair.stl"});
   check_fault(f, {"convert", f / "gone.ply", f / "x.ply"}, {"gone.ply"});
   CHECK(run({"convert", from, f / "a.doc"}).status == 2);
+}
+
+TEST_CASE("cli: a command that does not exist is named") {
+  auto o = run({"paint", "scene.json"});
+  CHECK(o.status == 2);
+  for (auto word : {"'paint'", "render", "info", "convert"})
+    CHECK(o.err.find(word) != std::string::npos);
+}
+
+TEST_CASE("cli: info tells the bounds of a shape's file without the lamp that it is seen by") {
+  folder f;
+  simple_scene(f);
+  auto info = nlohmann::json::parse(run({"info", f / "square.obj", "--json"}).out);
+  CHECK(info["bounds"] == nlohmann::json::parse("[[-1, 0, -1], [1, 0, 1]]"));
+}
+
+TEST_CASE("cli: convert joins the instances of a glTF file") {
+  folder f;
+  // A triangle in the plane z = 0 and a strand through its corners.
+  std::string head = R"({"asset": {"version": "2.0"}, "scene": 0, "nodes": [)";
+  std::string tail = R"(],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]},
+               {"primitives": [{"attributes": {"POSITION": 0}, "mode": 3}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                   "min": [0, 0, 0], "max": [1, 1, 0]}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,)"
+                     "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"
+                     R"("}]})";
+  f.write("mirror.gltf", head + R"({"mesh": 0, "scale": [-1, 1, 1]}], "scenes": [{"nodes": [0]}])" +
+                             tail.substr(1));
+  CHECK(run({"convert", f / "mirror.gltf", f / "mirror.stl"}).status == 0);
+  float normal[3] = {};
+  auto stl = read_file(f / "mirror.stl");
+  REQUIRE(stl.size() == 84 + 50);
+  std::memcpy(normal, stl.data() + 84, sizeof normal);
+  CHECK(normal[2] == 1);  // what is outside stays outside
+
+  // Faces before strands, and a strand's radius grows with it.
+  f.write("both.gltf", head + R"({"mesh": 0}, {"mesh": 1, "scale": [8, 8, 8]}],
+    "scenes": [{"nodes": [0, 1]}])" +
+                           tail.substr(1));
+  auto o = run({"convert", f / "both.gltf", f / "both.ply"});
+  CAPTURE(o.err);
+  CHECK(o.status == 0);
+  auto info = nlohmann::json::parse(run({"info", f / "both.ply", "--json"}).out);
+  CHECK(info["shapes"][0]["strands"] == 1);
+  CHECK(info["shapes"][1]["triangles"] == 1);
+  double radius = -info["bounds"][0][2].get<double>();
+  CHECK(radius == doctest::Approx(8 * std::sqrt(2.0) / 2000).epsilon(0.01));
 }

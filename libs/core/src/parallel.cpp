@@ -9,8 +9,11 @@
 
 namespace wisp {
 
+// TBB makes no more workers than the machine runs at once, and grumbles on
+// stderr when asked for more.
 int thread_count(int threads) {
-  return threads > 0 ? threads : std::max(1, tbb::info::default_concurrency());
+  int most = std::max(1, tbb::info::default_concurrency());
+  return threads > 0 ? std::min(threads, most) : most;
 }
 
 void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& body,

@@ -14,7 +14,8 @@ namespace wisp {
 WISP_API void parallel_for(std::size_t count, int threads,
                            const std::function<void(std::size_t)>& body, std::size_t grain = 1);
 
-// The number of threads that `threads` (0: all) means on this machine.
+// The number of threads that `threads` (0: all) means on this machine: no more
+// than it runs at once.
 WISP_API int thread_count(int threads);
 
 }  // namespace wisp
