@@ -144,7 +144,9 @@ HWY_INLINE void make_hit(const material& m, const call& c, std::size_t i, hit& h
     }
     hit.ap[p] = a;
     vec3 w = {a.x * weight.x, a.y * weight.y, a.z * weight.z};
-    hit.weight[p] = hn::Sqrt(hn::MulAdd(w.x, w.x, hn::MulAdd(w.y, w.y, w.z * w.z)));
+    // The largest component stands in where squares are too small.
+    hit.weight[p] = hn::Max(hn::Sqrt(hn::MulAdd(w.x, w.x, hn::MulAdd(w.y, w.y, w.z * w.z))),
+                            hn::Max(w.x, hn::Max(w.y, w.z)));
     hit.weight_sum = hit.weight_sum + hit.weight[p];
   }
   // A weight of zero where there may be light: all lobes alike.

@@ -247,7 +247,9 @@ inline hair_hit<T> make_hair_hit(const hair_bsdf<T>& bsdf, const glm::vec<3, T>&
     auto i = static_cast<std::size_t>(p);
     if (bsdf.has_strength) ap[i] *= bsdf.strength[std::min(i, std::size_t(2))];
     glm::vec<3, T> weighted = ap[i] * channel_weight;
-    T weight = std::sqrt(glm::dot(weighted, weighted));
+    // The largest component stands in where squares are too small for T.
+    T weight = std::max(std::sqrt(glm::dot(weighted, weighted)),
+                        std::max(weighted.x, std::max(weighted.y, weighted.z)));
     hit.ap[i] = glm::vec<4, T>(ap[i], weight);
     sum += weight;
   }
