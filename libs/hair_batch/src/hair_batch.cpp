@@ -1,6 +1,7 @@
 #include "wisp/hair_batch/hair_batch.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <string>
 

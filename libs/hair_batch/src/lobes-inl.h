@@ -149,8 +149,9 @@ HWY_INLINE void make_hit(const material& m, const call& c, std::size_t i, hit& h
                             hn::Max(w.x, hn::Max(w.y, w.z)));
     hit.weight_sum = hit.weight_sum + hit.weight[p];
   }
-  // A weight of zero where there may be light: all lobes alike.
-  auto dark = hit.weight_sum <= all(0);
+  // A weight of zero where there may be light, or one whose inverse is no number:
+  // all lobes alike.
+  auto dark = hit.weight_sum <= all(std::numeric_limits<float>::min());
   if (!hn::AllFalse(floats(), dark)) {
     for (int p = 0; p <= p_max; p++) hit.weight[p] = hn::IfThenElse(dark, all(1), hit.weight[p]);
     hit.weight_sum = hn::IfThenElse(dark, all(static_cast<float>(p_max + 1)), hit.weight_sum);

@@ -253,9 +253,11 @@ inline hair_hit<T> make_hair_hit(const hair_bsdf<T>& bsdf, const glm::vec<3, T>&
     hit.ap[i] = glm::vec<4, T>(ap[i], weight);
     sum += weight;
   }
-  // A weight of zero where there may be light: all lobes alike.
-  T scale = sum > 0 ? 1 / sum : T(0);
-  T same = sum > 0 ? T(0) : 1 / static_cast<T>(bsdf.p_max + 1);
+  // A weight of zero where there may be light, or one whose inverse is no number:
+  // all lobes alike.
+  bool has_weight = sum > std::numeric_limits<T>::min();
+  T scale = has_weight ? 1 / sum : T(0);
+  T same = has_weight ? T(0) : 1 / static_cast<T>(bsdf.p_max + 1);
   for (int p = 0; p <= bsdf.p_max; p++) {
     T& probability = hit.ap[static_cast<std::size_t>(p)].w;
     probability = probability * scale + same;
