@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "wisp/core/rng.h"
 #include "wisp/hair/absorption.h"
 #include "wisp/render/image.h"
 
@@ -12,17 +13,6 @@ namespace wisp {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-// A mixing of bits in which every bit of the input reaches every bit of the
-// output (the finaliser of MurmurHash3, Appleby 2011).
-uint64_t mix_bits(uint64_t x) {
-  x ^= x >> 33;
-  x *= 0xff51afd7ed558ccdull;
-  x ^= x >> 33;
-  x *= 0xc4ceb9fe1a85ec53ull;
-  x ^= x >> 33;
-  return x;
-}
 
 // What strands, vertices and roughness textures change.
 void vary(const render_scene& scene, const surface_point& p, const material_data& material,
@@ -60,8 +50,8 @@ hair_material make_hair_material(const material_data& material) {
 }
 
 float strand_number(uint32_t copy, uint32_t strand, uint32_t stream) {
-  uint64_t x = mix_bits((static_cast<uint64_t>(copy) << 32 | strand) + 0x9e3779b97f4a7c15ull);
-  x = mix_bits(x + stream);
+  uint64_t x = hash64((static_cast<uint64_t>(copy) << 32 | strand) + 0x9e3779b97f4a7c15ull);
+  x = hash64(x + stream);
   return static_cast<float>(x >> 40) * 0x1p-24f;
 }
 
