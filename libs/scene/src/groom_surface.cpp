@@ -1,17 +1,13 @@
 // Signed closest points by angle-weighted pseudonormals: Baerentzen and Aanaes,
 // Signed Distance Computation Using the Angle Weighted Pseudonormal, IEEE TVCG
-// 11(3), 2005. Closest point on a triangle: Ericson, Real-Time Collision
-// Detection, 2005, section 5.1.5.
+// 11(3), 2005.
 
 #include "groom_surface.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
-#include <numeric>
 #include <stdexcept>
 #include <unordered_map>
-#include <utility>
 
 #include "wisp/core/rng.h"
 #include "wisp/geometry/mesh.h"
@@ -19,8 +15,6 @@
 namespace wisp {
 
 namespace {
-
-constexpr uint32_t max_leaf = 4;
 
 struct position_hash {
   std::size_t operator()(const vec3& p) const {
@@ -91,81 +85,17 @@ void make_pseudonormals(groom_surface& s) {
   }
 }
 
-void make_tree(groom_surface& s) {
-  std::vector<vec3> centers(s.triangles.size());
-  for (std::size_t t = 0; t < centers.size(); ++t) {
-    centers[t] = (corner(s, t, 0) + corner(s, t, 1) + corner(s, t, 2)) / 3.0f;
+vec3 feature_normal(const groom_surface& s, const closest_point_result& r) {
+  const auto triangle = static_cast<std::size_t>(r.element);
+  const auto k = static_cast<std::size_t>(r.at.feature_index);
+  switch (r.at.feature) {
+    case mesh_feature::face:
+      return s.face_normals[triangle];
+    case mesh_feature::edge:
+      return s.edge_normals[triangle][k];
+    default:
+      return s.vertex_normals[static_cast<std::size_t>(s.triangles[triangle][r.at.feature_index])];
   }
-  s.order.resize(s.triangles.size());
-  std::iota(s.order.begin(), s.order.end(), 0u);
-  s.nodes.push_back({.first = 0, .count = static_cast<uint32_t>(s.order.size())});
-  for (std::size_t i = 0; i < s.nodes.size(); ++i) {  // nodes grows within the loop
-    groom_surface::node node = s.nodes[i];
-    node.min = vec3{infinity, infinity, infinity};
-    node.max = -node.min;
-    vec3 low = node.min, high = node.max;
-    for (uint32_t j = node.first; j < node.first + node.count; ++j) {
-      for (int c = 0; c < 3; ++c) {
-        node.min = glm::min(node.min, corner(s, s.order[j], c));
-        node.max = glm::max(node.max, corner(s, s.order[j], c));
-      }
-      low = glm::min(low, centers[s.order[j]]);
-      high = glm::max(high, centers[s.order[j]]);
-    }
-    if (node.count > max_leaf) {
-      const vec3 size = high - low;
-      const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-      const uint32_t half = node.count / 2, first = node.first;
-      const auto begin = s.order.begin() + first;
-      std::nth_element(begin, begin + half, begin + node.count, [&](uint32_t a, uint32_t b) {
-        return centers[a][axis] != centers[b][axis] ? centers[a][axis] < centers[b][axis] : a < b;
-      });
-      const uint32_t count = node.count;
-      node.first = static_cast<uint32_t>(s.nodes.size());
-      node.count = 0;
-      s.nodes.push_back({.first = first, .count = half});
-      s.nodes.push_back({.first = first + half, .count = count - half});
-    }
-    s.nodes[i] = node;
-  }
-}
-
-struct triangle_point {
-  vec3 position;
-  int feature;  // 0 face, 1 to 3 edges 01 12 20, 4 to 6 vertices
-};
-
-triangle_point closest_on_triangle(const vec3& p, const vec3& a, const vec3& b, const vec3& c) {
-  const vec3 ab = b - a, ac = c - a, ap = p - a;
-  const float d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return {a, 4};
-  const vec3 bp = p - b;
-  const float d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return {b, 5};
-  const float vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return {a + ab * (d1 / (d1 - d3)), 1};
-  const vec3 cp = p - c;
-  const float d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return {c, 6};
-  const float vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) return {a + ac * (d2 / (d2 - d6)), 3};
-  const float va = d3 * d6 - d5 * d4;
-  const float e = d4 - d3, f = d5 - d6;
-  if (va <= 0 && e >= 0 && f >= 0 && e + f > 0) return {b + (c - b) * (e / (e + f)), 2};
-  const float sum = va + vb + vc;
-  if (!(sum > 0)) return {a, 4};
-  return {a + ab * (vb / sum) + ac * (vc / sum), 0};
-}
-
-float box_distance2(const groom_surface::node& n, const vec3& p) {
-  const vec3 d = glm::max(glm::max(n.min - p, p - n.max), vec3{0, 0, 0});
-  return glm::dot(d, d);
-}
-
-vec3 feature_normal(const groom_surface& s, uint32_t triangle, int feature) {
-  if (feature == 0) return s.face_normals[triangle];
-  if (feature < 4) return s.edge_normals[triangle][static_cast<std::size_t>(feature - 1)];
-  return s.vertex_normals[static_cast<std::size_t>(s.triangles[triangle][feature - 4])];
 }
 
 // Density of hair at a point of the region, 0 outside it.
@@ -211,56 +141,22 @@ groom_surface make_groom_surface(const shape_data& mesh) {
     throw std::invalid_argument("groom: the mesh has no faces of positive area to grow hair on");
   }
   make_pseudonormals(surface);
-  make_tree(surface);
+  surface.tree = make_bvh(surface.triangles, surface.positions);
   return surface;
 }
 
 std::optional<surface_point> closest_surface_point(const groom_surface& s, const vec3& p,
                                                    float radius) {
-  float best = radius * radius;
-  triangle_point found = {};
-  uint32_t triangle = 0;
-  bool any = false;
-  struct entry {
-    uint32_t node;
-    float distance2;
-  };
-  // halving bounds the depth by 32, so that the stack is large enough
-  std::array<entry, 64> stack;
-  std::size_t top = 0;
-  stack[top++] = {0, box_distance2(s.nodes[0], p)};
-  while (top != 0) {
-    const entry e = stack[--top];
-    if (e.distance2 >= best) continue;
-    const groom_surface::node& node = s.nodes[e.node];
-    if (node.count == 0) {
-      entry near = {node.first, box_distance2(s.nodes[node.first], p)};
-      entry far = {node.first + 1, box_distance2(s.nodes[node.first + 1], p)};
-      if (far.distance2 < near.distance2) std::swap(near, far);
-      if (far.distance2 < best) stack[top++] = far;
-      if (near.distance2 < best) stack[top++] = near;
-      continue;
-    }
-    for (uint32_t j = node.first; j < node.first + node.count; ++j) {
-      const uint32_t t = s.order[j];
-      const auto q = closest_on_triangle(p, corner(s, t, 0), corner(s, t, 1), corner(s, t, 2));
-      const float d2 = glm::dot(p - q.position, p - q.position);
-      if (d2 < best) {
-        best = d2;
-        found = q;
-        triangle = t;
-        any = true;
-      }
-    }
-  }
-  if (!any) return {};
+  const auto r = closest_point(s.tree, dvec3(p), {.max_distance = radius});
+  if (!r) return {};
+  const dvec3 offset = dvec3(p) - r.at.point;
   surface_point result;
-  result.position = found.position;
-  result.normal = feature_normal(s, triangle, found.feature);
-  const bool outside = glm::dot(p - found.position, result.normal) >= 0;
-  result.distance = outside ? std::sqrt(best) : -std::sqrt(best);
-  const vec3 away = normalize_or_zero(outside ? p - found.position : found.position - p);
-  if (best > 0 && away != vec3{0, 0, 0}) result.normal = away;
+  result.position = vec3(r.at.point);
+  result.normal = feature_normal(s, r);
+  const bool outside = glm::dot(offset, dvec3(result.normal)) >= 0;
+  result.distance = static_cast<float>(outside ? r.distance : -r.distance);
+  const vec3 away = normalize_or_zero(vec3(outside ? offset : -offset));
+  if (away != vec3{0, 0, 0}) result.normal = away;
   return result;
 }
 

@@ -3,10 +3,11 @@
 // What a groom asks of the mesh it grows on: area-weighted roots and the signed
 // closest point.
 
-#include <cstdint>
+#include <array>
 #include <optional>
 #include <vector>
 
+#include "wisp/geometry/closest_point.h"
 #include "wisp/scene/groom.h"
 #include "wisp/scene/scene.h"
 
@@ -24,14 +25,7 @@ struct groom_surface {
   std::vector<std::array<vec3, 3>> edge_normals = {};  // of edges 01, 12, 20
   std::vector<vec3> vertex_normals = {};
 
-  // A tree of boxes over `order`, a permutation of the triangles.
-  struct node {
-    vec3 min = {0, 0, 0}, max = {0, 0, 0};
-    uint32_t first = 0;  // leaf: into order; inner: the left child, the right one follows
-    uint32_t count = 0;  // triangles; 0 for an inner node
-  };
-  std::vector<node> nodes = {};
-  std::vector<uint32_t> order = {};
+  bvh tree = {};  // of the triangles
 };
 
 // Throws std::invalid_argument for a mesh without faces of positive area.

@@ -1,4 +1,4 @@
-// Parallel loops and meshes, without a scene and without a renderer.
+// Parallel loops and statistics, without a scene and without a renderer.
 
 #include <cstddef>
 #include <cstdio>
@@ -8,7 +8,6 @@
 #include "wisp/core/rng.h"
 #include "wisp/core/sampling.h"
 #include "wisp/core/statistics.h"
-#include "wisp/geometry/subdivide.h"
 
 int main() {
   // The mean of z over the hemisphere with a cosine density is 2 / 3.
@@ -25,12 +24,6 @@ int main() {
   for (double value : z) wisp::add_sample(stats, value);
   double off = (stats.mean - 2.0 / 3.0) / wisp::standard_error(stats);
 
-  wisp::quad_mesh<wisp::vec3> square;
-  square.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-  square.quads = {{0, 1, 2, 3}};
-  auto refined = wisp::subdivide_catmullclark(square, true);
-
-  std::printf("mean %g, %g standard errors off; %zu quads\n", stats.mean, off,
-              refined.quads.size());
-  return off > -5 && off < 5 && refined.quads.size() == 4 && refined.vertices.size() == 9 ? 0 : 1;
+  std::printf("mean %g, %g standard errors off\n", stats.mean, off);
+  return off > -5 && off < 5 ? 0 : 1;
 }
