@@ -28,6 +28,7 @@ struct waiting {
   float distance2;
 };
 inline constexpr std::size_t stack_size = bvh_width + (bvh_width - 1) * 72 + bvh_width;
+
 struct query_stack {
   std::size_t top;
   uint32_t child[stack_size];
@@ -88,6 +89,13 @@ struct query_source {
   bool (*next)(void* user, Query& q);  // starts the next one, if there is one
   void (*done)(void* user, const Query& q);
 };
+
+// The vector code, by the processor: closest_point-inl.h says what each does.
+void run_nearest(nearest_query& q);
+void run_bounds(bounds_query& q);
+int run_any(nearest_query& q, float surely);
+void run_all_nearest(const query_source<nearest_query>& source, bool with_tolerance);
+void run_all_bounds(const query_source<bounds_query>& source);
 
 // The order of `points` along a Morton curve.
 std::vector<uint32_t> spatial_order(std::span<const dvec3> points, int threads);
