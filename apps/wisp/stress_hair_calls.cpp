@@ -9,7 +9,6 @@
 #include <cmath>
 #include <initializer_list>
 #include <mutex>
-#include <type_traits>
 
 #include "stress_hair.h"
 #include "wisp/core/parallel.h"
@@ -76,16 +75,6 @@ hair_parameters<float> random_parameters(hostile_rng& rng) {
   return k;
 }
 
-hair_parameters<double> in_double(const hair_parameters<float>& k) {
-  hair_parameters<double> d = {k.eta, k.beta_m, k.beta_n, k.alpha, k.p_max};
-  d.coat = k.coat;
-  for (std::size_t i = 0; i < 3; i++) {
-    d.strength[i] = glm::dvec3(k.strength[i]);
-    d.roughness[i] = glm::dvec2(k.roughness[i]);
-  }
-  return d;
-}
-
 // What one block of calls has found.
 struct findings {
   uint64_t not_finite = 0, negative = 0, not_unit = 0, no_density = 0;
@@ -128,13 +117,7 @@ findings extreme_calls(rng_state state, uint64_t calls) {
   hostile_rng rng{state};
   hair_bsdf<T> bsdf;
   for (uint64_t i = 0; i < calls; i++) {
-    if (i % hits_per_material == 0) {
-      auto k = random_parameters(rng);
-      if constexpr (std::is_same_v<T, double>)
-        bsdf = make_hair_bsdf(in_double(k));
-      else
-        bsdf = make_hair_bsdf(k);
-    }
+    if (i % hits_per_material == 0) bsdf = make_hair_bsdf(convert<T>(random_parameters(rng)));
     glm::vec<3, T> sigma(rng.absorption(), rng.absorption(), rng.absorption()), weight(1);
     if (rng.one_of(8)) weight = {rng.pick({0, 1}), rng.unit(), rng.pick({0, 1e-20f, 1e6f})};
     auto hit = make_hair_hit<T>(bsdf, sigma, T(rng.offset()), rng.direction(), weight);
@@ -167,7 +150,7 @@ findings compared_calls(rng_state state, uint64_t calls) {
   for (uint64_t i = 0; i < calls; i++) {
     if (i % hits_per_material == 0) {
       k = random_parameters(rng);
-      m = {make_hair_bsdf(k), make_hair_bsdf(in_double(k))};
+      m = {make_hair_bsdf(k), make_hair_bsdf(convert<double>(k))};
     }
     glm::vec3 sigma = {rng.absorption(), rng.absorption(), rng.absorption()};
     float h = rng.offset();

@@ -34,7 +34,7 @@ struct scene {
 template <typename T>
 scene<T> make(const setting& x) {
   scene<T> s;
-  s.bsdf = make_hair_bsdf<T>({T(x.k.eta), T(x.k.beta_m), T(x.k.beta_n), T(x.k.alpha), x.k.p_max});
+  s.bsdf = make_hair_bsdf(convert<T>(x.k));
   s.hit = make_hair_hit<T>(s.bsdf, glm::vec<3, T>(x.sigma), T(x.h),
                            {T(std::sin(x.theta_o)), T(std::cos(x.theta_o)), T(0)});
   return s;

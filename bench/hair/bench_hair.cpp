@@ -8,15 +8,14 @@
 
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdio>
-#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pbrt_hair.h"
+#include "support/table_reporter.h"
 #include "wisp/core/rng.h"
 #include "wisp/core/sampling.h"
 #include "wisp/hair/bsdf.h"
@@ -198,55 +197,17 @@ constexpr std::array entries = {
     entry{"pbrt with fast exp: Sample_f, v4", pbrt_sample_v4<pbrt_fast_exp>, nullptr},
 };
 
-// Gathers the repetitions; the median is what counts.
-class table_reporter : public benchmark::BenchmarkReporter {
- public:
-  bool ReportContext(const Context& context) override {
-    PrintBasicContext(&GetErrorStream(), context);
-    return true;
-  }
-  void ReportRuns(const std::vector<Run>& runs) override {
-    for (const auto& run : runs)
-      if (run.run_type == Run::RT_Iteration && !run.error_occurred)
-        times[run.run_name.function_name].push_back(1e9 * run.cpu_accumulated_time /
-                                                    double(run.iterations));
-  }
-  void Finalize() override {
-    for (auto& entry : times) std::sort(entry.second.begin(), entry.second.end());
-    std::printf("%-42s %10s %10s   %s\n", "CPU nanoseconds a call", "median", "fastest",
-                "times as fast as pbrt (with fast exp)");
-    for (const auto& e : entries) {
-      if (!times.count(e.name)) continue;
-      std::printf("%-42s %10.1f %10.1f", e.name, median(e.name), times[e.name].front());
-      if (e.rival && times.count(e.rival)) {
-        std::printf("   %.2f", median(e.rival) / median(e.name));
-        auto fast = "pbrt with fast exp" + std::string(e.rival).substr(4);
-        if (times.count(fast)) std::printf(" (%.2f)", median(fast) / median(e.name));
-      }
-      std::printf("\n");
-    }
-  }
-
- private:
-  double median(const std::string& name) { return times[name][times[name].size() / 2]; }
-  std::map<std::string, std::vector<double>> times;
-};
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Repetitions in random order, so that what else the machine does hits all alike.
-  std::vector<std::string> words = {argv[0], "--benchmark_repetitions=9",
-                                    "--benchmark_min_time=0.1",
-                                    "--benchmark_enable_random_interleaving=true"};
-  words.insert(words.end(), argv + 1, argv + argc);
-  std::vector<char*> pointers;
-  for (auto& word : words) pointers.push_back(word.data());
-  int count = int(pointers.size());
-  for (const auto& e : entries) benchmark::RegisterBenchmark(e.name, e.run);
-  benchmark::Initialize(&count, pointers.data());
-  if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) return 1;
-  table_reporter reporter;
-  benchmark::RunSpecifiedBenchmarks(&reporter);
-  benchmark::Shutdown();
+  wisp_bench::table t;
+  t.times = "CPU nanoseconds a call";
+  t.ratios = "times as fast as pbrt (with fast exp)";
+  for (const auto& e : entries) {
+    benchmark::RegisterBenchmark(e.name, e.run);
+    wisp_bench::table_row row = {e.name, {}};
+    if (e.rival) row.rivals = {e.rival, "pbrt with fast exp" + std::string(e.rival).substr(4)};
+    t.rows.push_back(std::move(row));
+  }
+  return wisp_bench::run_table(argc, argv, std::move(t));
 }

@@ -9,15 +9,14 @@
 #include <benchmark/benchmark.h>
 
 #include <hwy/targets.h>
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "support/table_reporter.h"
 #include "wisp/core/rng.h"
 #include "wisp/core/sampling.h"
 #include "wisp/hair/bsdf.h"
@@ -119,59 +118,20 @@ void time_it(benchmark::State& state, void (*run)(tables&), std::int64_t target)
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
-struct row {
-  std::string name, scalar;
-};
-
-// Gathers the repetitions; the median is what counts.
-class table_reporter : public benchmark::BenchmarkReporter {
- public:
-  explicit table_reporter(std::vector<row> r) : rows(std::move(r)) {}
-  bool ReportContext(const Context& context) override {
-    PrintBasicContext(&GetErrorStream(), context);
-    return true;
-  }
-  void ReportRuns(const std::vector<Run>& runs) override {
-    for (const auto& run : runs)
-      if (run.run_type == Run::RT_Iteration && !run.error_occurred)
-        times[run.run_name.function_name].push_back(1e9 * run.cpu_accumulated_time /
-                                                    double(run.iterations) / double(input_count));
-  }
-  void Finalize() override {
-    for (auto& entry : times) std::sort(entry.second.begin(), entry.second.end());
-    std::printf("%-42s %10s %10s   %s\n", "CPU nanoseconds per input", "median", "fastest",
-                "times as fast as the scalar code");
-    for (const auto& r : rows) {
-      if (!times.count(r.name)) continue;
-      std::printf("%-42s %10.1f %10.1f", r.name.c_str(), median(r.name), times[r.name].front());
-      if (r.name != r.scalar && times.count(r.scalar))
-        std::printf("   %.1f", median(r.scalar) / median(r.name));
-      std::printf("\n");
-    }
-  }
-
- private:
-  double median(const std::string& name) { return times[name][times[name].size() / 2]; }
-  std::vector<row> rows;
-  std::map<std::string, std::vector<double>> times;
-};
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::vector<std::string> words = {argv[0], "--benchmark_repetitions=9",
-                                    "--benchmark_min_time=0.1",
-                                    "--benchmark_enable_random_interleaving=true"};
-  words.insert(words.end(), argv + 1, argv + argc);
-  std::vector<char*> pointers;
-  for (auto& word : words) pointers.push_back(word.data());
-  int count = int(pointers.size());
-
-  std::vector<row> rows;
-  auto add = [&rows](const std::string& what, const char* with, void (*run)(tables&),
-                     std::int64_t target) {
-    std::string name = what + ", " + with;
-    rows.push_back({name, what + ", scalar"});
+  wisp_bench::table t;
+  t.times = "CPU nanoseconds per input";
+  t.ratios = "times as fast as the scalar code";
+  t.decimals = 1;
+  t.calls_per_iteration = double(input_count);
+  auto add = [&t](const std::string& what, const char* with, void (*run)(tables&),
+                  std::int64_t target) {
+    std::string name = what + ", " + with, scalar = what + ", scalar";
+    wisp_bench::table_row row = {name, {}};
+    if (name != scalar) row.rivals = {scalar};
+    t.rows.push_back(std::move(row));
     benchmark::RegisterBenchmark(name.c_str(),
                                  [=](benchmark::State& state) { time_it(state, run, target); });
   };
@@ -190,10 +150,5 @@ int main(int argc, char** argv) {
   for (auto [name, target] : targets) add("eval, pdf", name, batch_eval, target);
   add("sample, value, pdf", "scalar", scalar_sample, 0);
   for (auto [name, target] : targets) add("sample, value, pdf", name, batch_sample, target);
-
-  benchmark::Initialize(&count, pointers.data());
-  if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) return 1;
-  table_reporter reporter(rows);
-  benchmark::RunSpecifiedBenchmarks(&reporter);
-  benchmark::Shutdown();
+  return wisp_bench::run_table(argc, argv, std::move(t));
 }

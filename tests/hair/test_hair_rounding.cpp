@@ -36,16 +36,6 @@ struct source {
   }
 };
 
-hair_parameters<double> in_double(const hair_parameters<float>& k) {
-  hair_parameters<double> d = {k.eta, k.beta_m, k.beta_n, k.alpha, k.p_max};
-  d.coat = k.coat;
-  for (std::size_t i = 0; i < 3; i++) {
-    d.strength[i] = glm::dvec3(k.strength[i]);
-    d.roughness[i] = glm::dvec2(k.roughness[i]);
-  }
-  return d;
-}
-
 hair_parameters<float> extreme_parameters(source& s) {
   hair_parameters<float> p;
   p.beta_m = s.pick({0, 1e-4f, 1, s.magnitude(-4)}, 0, 1);
@@ -97,6 +87,32 @@ TEST_CASE("hair: no NaN, infinity or negative value anywhere") {
   CHECK(bad_sample == 0);
 }
 
+TEST_CASE("hair: parameters in another type are the same numbers") {
+  hair_parameters<float> k = {1.3f, 0.1f, 0.2f, -3.7f, 5};
+  k.coat = 0.4f;
+  for (std::size_t i = 0; i < 3; i++) {
+    k.strength[i] = glm::vec3(0.6f, 0.7f, 1.1f) + float(i);
+    k.roughness[i] = glm::vec2(0.15f, 0.25f) + 0.1f * float(i);
+  }
+  auto check = [&k](const auto& other) {
+    CHECK(double(other.eta) == double(k.eta));
+    CHECK(double(other.beta_m) == double(k.beta_m));
+    CHECK(double(other.beta_n) == double(k.beta_n));
+    CHECK(double(other.alpha) == double(k.alpha));
+    CHECK(other.p_max == k.p_max);
+    CHECK(double(other.coat) == double(k.coat));
+    for (std::size_t i = 0; i < 3; i++) {
+      CHECK(glm::dvec3(other.strength[i]) == glm::dvec3(k.strength[i]));
+      CHECK(glm::dvec2(other.roughness[i]) == glm::dvec2(k.roughness[i]));
+    }
+  };
+  auto twice = convert<double>(k);
+  check(twice);
+  check(convert<float>(twice));
+  twice.eta = 1.55;  // no float
+  CHECK(convert<float>(twice).eta == 1.55f);
+}
+
 TEST_CASE("hair: float lies within the rounding bound of double") {
   source s{make_rng(2025)};
   double worst = 0, worst_pdf = 0, worst_sample = 0;
@@ -107,7 +123,7 @@ TEST_CASE("hair: float lies within the rounding bound of double") {
     if (i % 4 == 0) {
       k = extreme_parameters(s);
       bsdf = make_hair_bsdf(k);
-      exact = make_hair_bsdf(in_double(k));
+      exact = make_hair_bsdf(convert<double>(k));
     }
     glm::vec3 sigma = {s.pick({0, 1e4f, s.magnitude(-12)}, 0, 10), s.magnitude(-6), 3 * s.unit()};
     float h = s.pick({-1, 1, 0, 1 - s.magnitude(-8)}, -1, 1);
@@ -151,7 +167,7 @@ TEST_CASE("hair: float for hair as it is used") {
     hair_parameters<float> k = {between(1.3f, 1.7f), between(0.1f, 1), between(0.1f, 1),
                                 between(-5, 5), 3};
     auto bsdf = make_hair_bsdf(k);
-    auto exact = make_hair_bsdf(in_double(k));
+    auto exact = make_hair_bsdf(convert<double>(k));
     auto wo = s.direction(between(-0.98f, 0.98f)), wi = s.direction(between(-0.98f, 0.98f));
     glm::vec3 sigma = {3 * s.unit(), s.unit(), 0};
     float h = between(-1, 1);
@@ -174,8 +190,9 @@ TEST_CASE("hair: near the poles and without refraction nothing cancels") {
     for (float across : {1.0f, 1e-2f, 1e-4f, 1e-7f, 1e-12f})
       for (float h : {0.1f, 0.9f, 0.9999f, 0.9999999f, 1.0f}) {
         glm::vec3 wo = {std::sqrt(1 - across * across), across * 0.6f, across * 0.8f};
-        auto bsdf = make_hair_bsdf<float>({eta, 0.3f, 0.3f, 2, 3});
-        auto exact = make_hair_bsdf(in_double({eta, 0.3f, 0.3f, 2, 3}));
+        hair_parameters<float> k = {eta, 0.3f, 0.3f, 2, 3};
+        auto bsdf = make_hair_bsdf(k);
+        auto exact = make_hair_bsdf(convert<double>(k));
         float sigma = 0.1f * across;
         auto hit = make_hair_hit<float>(bsdf, glm::vec3(sigma), h, wo);
         auto truth = make_hair_hit<double>(exact, glm::dvec3(double(sigma)), h, glm::dvec3(wo));

@@ -47,17 +47,6 @@ struct setting {
 };
 
 template <typename T>
-hair_parameters<T> converted(const hair_parameters<double>& k) {
-  hair_parameters<T> r = {T(k.eta), T(k.beta_m), T(k.beta_n), T(k.alpha), k.p_max};
-  r.coat = T(k.coat);
-  for (std::size_t i = 0; i < 3; i++) {
-    r.strength[i] = glm::vec<3, T>(k.strength[i]);
-    r.roughness[i] = glm::vec<2, T>(k.roughness[i]);
-  }
-  return r;
-}
-
-template <typename T>
 struct scene {
   hair_bsdf<T> bsdf;
   hair_hit<T> hit;
@@ -65,7 +54,7 @@ struct scene {
 template <typename T>
 scene<T> make(const setting& x) {
   scene<T> s;
-  s.bsdf = make_hair_bsdf(converted<T>(x.k));
+  s.bsdf = make_hair_bsdf(convert<T>(x.k));
   s.hit = make_hair_hit<T>(s.bsdf, glm::vec<3, T>(x.sigma), T(x.h),
                            glm::vec<3, T>(direction(x.theta_o, x.phi_o)), glm::vec<3, T>(x.weight));
   return s;
@@ -384,7 +373,7 @@ TEST_CASE("hair: a sample with its density is the sample and its density") {
   for (int i = 0; i < 60; i++) {
     auto x = random_setting(rng);
     auto in_float = make<float>(x);
-    scene<double> exact = {make_hair_bsdf(converted<double>(x.k)), {}};
+    scene<double> exact = {make_hair_bsdf(x.k), {}};
     auto wo = glm::vec3(direction(x.theta_o, x.phi_o));
     exact.hit = make_hair_hit<double>(exact.bsdf, glm::dvec3(glm::vec3(x.sigma)), x.h,
                                       glm::dvec3(wo), x.weight);

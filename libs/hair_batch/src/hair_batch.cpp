@@ -106,7 +106,15 @@ material material_of(const hair_bsdf<float>& bsdf) {
 // Takes the arrays of a call down, and their sizes to task.
 struct binder {
   call c;
-  explicit binder(std::size_t count) { c.count = count; }
+  // The inputs that both calls have: of hair_eval_inputs or hair_sample_inputs.
+  template <typename Inputs>
+  explicit binder(const Inputs& inputs) {
+    c.count = inputs.h.size();
+    in3(in_wo, inputs.wo, "wo");
+    in(in_h, inputs.h, "h");
+    color(in_sigma_a, inputs.sigma_a, c.sigma_a, "sigma_a");
+    color(in_weight, inputs.channel_weight, c.weight, "channel_weight");
+  }
 
   void check(std::size_t size, const char* name) const {
     if (size != c.count)
@@ -144,11 +152,7 @@ struct binder {
 void eval_hair_batch(const hair_bsdf<float>& bsdf, const hair_eval_inputs& inputs,
                      const hair_eval_outputs& outputs) {
   using namespace batch;
-  binder b(inputs.h.size());
-  b.in3(in_wo, inputs.wo, "wo");
-  b.in(in_h, inputs.h, "h");
-  b.color(in_sigma_a, inputs.sigma_a, b.c.sigma_a, "sigma_a");
-  b.color(in_weight, inputs.channel_weight, b.c.weight, "channel_weight");
+  binder b(inputs);
   b.in3(in_wi, inputs.wi, "wi");
   b.out3(out_value, outputs.value, "value");
   b.out(out_pdf, outputs.pdf, "pdf");
@@ -158,11 +162,7 @@ void eval_hair_batch(const hair_bsdf<float>& bsdf, const hair_eval_inputs& input
 void sample_hair_batch(const hair_bsdf<float>& bsdf, const hair_sample_inputs& inputs,
                        const hair_sample_outputs& outputs) {
   using namespace batch;
-  binder b(inputs.h.size());
-  b.in3(in_wo, inputs.wo, "wo");
-  b.in(in_h, inputs.h, "h");
-  b.color(in_sigma_a, inputs.sigma_a, b.c.sigma_a, "sigma_a");
-  b.color(in_weight, inputs.channel_weight, b.c.weight, "channel_weight");
+  binder b(inputs);
   for (int k = 0; k < 4; k++) b.in(in_u + k, inputs.u[static_cast<std::size_t>(k)], "u");
   b.out3(out_direction, outputs.direction, "direction");
   b.out3(out_value, outputs.value, "value");

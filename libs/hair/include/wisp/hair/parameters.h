@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -38,6 +39,24 @@ struct hair_parameters {
   std::array<glm::vec<2, T>, 3> roughness = {glm::vec<2, T>(-1), glm::vec<2, T>(-1),
                                              glm::vec<2, T>(-1)};
 };
+
+// The same parameters with numbers of another type: convert<double>(k). From float to
+// double they are kept exactly; from double to float each is rounded to the nearest.
+template <typename To, typename From>
+inline hair_parameters<To> convert(const hair_parameters<From>& from) {
+  hair_parameters<To> to;
+  to.eta = static_cast<To>(from.eta);
+  to.beta_m = static_cast<To>(from.beta_m);
+  to.beta_n = static_cast<To>(from.beta_n);
+  to.alpha = static_cast<To>(from.alpha);
+  to.p_max = from.p_max;
+  to.coat = static_cast<To>(from.coat);
+  for (std::size_t i = 0; i < 3; i++) {
+    to.strength[i] = glm::vec<3, To>(from.strength[i]);
+    to.roughness[i] = glm::vec<2, To>(from.roughness[i]);
+  }
+  return to;
+}
 
 // Longitudinal variance v of R for a roughness beta_m (Chiang et al. 2016, equation 7).
 template <typename T>
