@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "accel.h"
+#include "wisp/core/memory.h"
 
 namespace wisp {
 
@@ -116,8 +117,8 @@ curve_geometry take_curves(shape_data& shape, const strand_use& use) {
   for (std::size_t i = 0; i < used; i++)
     points[i] = vec4(shape.positions[i], i < shape.radius.size() ? shape.radius[i] : 0.001f);
   if (shape.triangles.empty() && shape.quads.empty() && shape.points.empty()) {
-    shape.positions = {};
-    shape.radius = {};
+    release(shape.positions);
+    release(shape.radius);
   }
   if (shape.basis != curve_basis::linear && shape.profile == curve_profile::flat) {
     straighten(curves, shape, points, use);
