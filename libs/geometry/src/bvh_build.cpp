@@ -14,6 +14,7 @@
 #include <string>
 
 #include "bvh_data.h"
+#include "wisp/core/memory.h"
 #include "wisp/core/parallel.h"
 
 namespace wisp {
@@ -302,6 +303,7 @@ void reorder(bvh_data& data, const std::vector<primitive>& primitives) {
   data.elements = std::move(elements);
   data.positions = std::move(positions);
   data.positions.shrink_to_fit();
+  data.compact_positions();
   data.vertices.shrink_to_fit();
 }
 
@@ -383,7 +385,7 @@ bvh make(std::shared_ptr<bvh_data> data, const bvh_options& options) {
   tbb::task_arena arena(threads);
   arena.execute([&] { b.build(0, 0, count, 0); });
   reorder(*data, b.primitives);
-  b.primitives = {};
+  release(b.primitives);
   b.widen();
   b.nodes.reset();
   data->nodes.shrink_to_fit();
@@ -394,6 +396,13 @@ bvh make(std::shared_ptr<bvh_data> data, const bvh_options& options) {
 
 }  // namespace
 
+void bvh_data::compact_positions() {
+  const auto is_single = [](const dvec3& p) { return dvec3(vec3(p)) == p; };
+  if (!std::all_of(positions.begin(), positions.end(), is_single)) return;
+  single_positions.assign(positions.begin(), positions.end());
+  release(positions);
+}
+
 std::size_t bvh::size() const { return data_ ? data_->elements.size() : 0; }
 bvh_element bvh::element() const { return data_ ? data_->element : bvh_element::triangle; }
 std::size_t bvh::left_out() const { return data_ ? data_->left_out : 0; }
@@ -402,8 +411,9 @@ dvec3 bvh::max() const { return data_ ? data_->max : bvh_data{}.max; }
 std::size_t bvh::bytes() const {
   if (!data_) return 0;
   const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-  return sizeof(bvh_data) + of(data_->positions) + of(data_->triangles) + of(data_->nodes) +
-         of(data_->leaves) + of(data_->elements) + of(data_->vertices);
+  return sizeof(bvh_data) + of(data_->positions) + of(data_->single_positions) +
+         of(data_->triangles) + of(data_->nodes) + of(data_->leaves) + of(data_->elements) +
+         of(data_->vertices);
 }
 
 bvh make_bvh(std::span<const ivec3> triangles, std::span<const dvec3> positions,
@@ -457,6 +467,8 @@ bvh refit(const bvh& tree, std::span<const dvec3> positions, const bvh_options& 
                                 std::to_string(tree.data()->vertex_count));
   }
   auto data = std::make_shared<bvh_data>(*tree.data());
+  data->positions.resize(data->vertices.size());
+  release(data->single_positions);
   for (std::size_t i = 0; i < data->positions.size(); ++i) {
     const uint32_t v = data->vertices[i];
     data->positions[i] = positions[v];
@@ -465,6 +477,7 @@ bvh refit(const bvh& tree, std::span<const dvec3> positions, const bvh_options& 
     }
   }
   if (data->elements.empty()) return bvh(std::move(data));
+  data->compact_positions();
   place(*data);
   fit_bvh(*data, thread_count(options.threads));
   return bvh(std::move(data));

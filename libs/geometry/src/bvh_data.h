@@ -60,9 +60,10 @@ struct bvh_data {
   // use, so that what is close in space is close in memory. Slots are indices here.
   std::vector<ivec3> triangles = {};  // of segments and points: vertices repeat
   std::vector<dvec3> positions = {};
-  std::vector<uint32_t> elements = {};  // what element a slot was given as
-  std::vector<uint32_t> vertices = {};  // and what vertex a position
-  std::size_t vertex_count = 0;         // of those given
+  std::vector<vec3> single_positions = {};  // in their place, where all are floats
+  std::vector<uint32_t> elements = {};      // what element a slot was given as
+  std::vector<uint32_t> vertices = {};      // and what vertex a position
+  std::size_t vertex_count = 0;             // of those given
 
   dvec3 min = dvec3{std::numeric_limits<double>::infinity()};
   dvec3 max = -min;
@@ -73,10 +74,17 @@ struct bvh_data {
   std::vector<bvh_node> nodes = {};  // the first is the root; parents before children
   std::vector<bvh_leaf> leaves = {};
 
+  dvec3 position(std::size_t i) const {
+    return single_positions.empty() ? positions[i] : dvec3(single_positions[i]);
+  }
+  std::size_t position_count() const { return positions.size() + single_positions.size(); }
+  // Moves positions that are floats to single_positions.
+  void compact_positions();
+
   std::array<dvec3, 3> corners(uint32_t slot) const {
     const ivec3& t = triangles[slot];
-    return {positions[static_cast<std::size_t>(t.x)], positions[static_cast<std::size_t>(t.y)],
-            positions[static_cast<std::size_t>(t.z)]};
+    return {position(static_cast<std::size_t>(t.x)), position(static_cast<std::size_t>(t.y)),
+            position(static_cast<std::size_t>(t.z))};
   }
   dvec3 normalized(const dvec3& p) const { return (p - center) * scale; }
 };

@@ -233,7 +233,7 @@ template <bool with_tolerance>
 HWY_INLINE bool step(nearest_query& q) {
   const bvh_data& data = *q.data;
   const auto limit_of = [&q] {
-    const float limit = with_tolerance ? q.reach * q.shrink : q.reach;
+    const float limit = with_tolerance && q.reach < q.surely ? q.reach * q.shrink : q.reach;
     return limit * limit;
   };
   waiting w;

@@ -92,9 +92,12 @@ void start(nearest_query& q, finish& best, const bvh_data& data, const dvec3& x,
   q.p = vec3(x);
   q.margin = margin_of(q.p);
   q.shrink = static_cast<float>(1 - std::clamp(options.tolerance, 0.0, 1.0));
-  q.reach = farthest;
+  q.reach = q.surely = farthest;
   const double most = options.max_distance * data.scale;
-  if (most < farthest) q.reach = round_up(most) + 2 * q.margin;
+  if (most < farthest) {
+    q.reach = round_up(most) + 2 * q.margin;
+    q.surely = static_cast<float>(most);
+  }
   // the tolerance is of what will be found
   q.limit2 = q.reach * q.reach;
   q.least_left_out = infinity;
@@ -108,8 +111,8 @@ void start(nearest_query& q, finish& best, const bvh_data& data, const dvec3& x,
   };
 }
 
-closest_point_result finish_up(const nearest_query& q, finish& best,
-                               const closest_point_options& options) {
+closest_point_result finish_up(const nearest_query& q, finish& best, const bvh& tree,
+                               const dvec3& p, const closest_point_options& options) {
   for (std::size_t i = 0; i < q.count; ++i) {
     const candidate& c = q.candidates[i];
     const float within = q.reach + c.slack;
@@ -120,6 +123,10 @@ closest_point_result finish_up(const nearest_query& q, finish& best,
   if (q.shrink < 1) {
     const double left_out = std::sqrt(static_cast<double>(q.least_left_out)) - q.margin;
     lower = std::min(lower, left_out * q.data->unit);
+  }
+  // where single precision cannot prove what was asked for, as next to slivers
+  if (distance <= options.max_distance && lower < q.shrink * distance) {
+    return closest_point(tree, p, {.max_distance = options.max_distance});
   }
   return result_of(best, distance, std::min(lower, options.max_distance), options.max_distance);
 }
@@ -158,10 +165,17 @@ void start(bounds_query& q, const bvh_data& data, const dvec3& x, double toleran
   q.stack.start();
 }
 
-distance_bounds finish_up(const bounds_query& q) {
+distance_bounds finish_up(const bounds_query& q, const bvh& tree, const dvec3& p,
+                          double tolerance) {
   const double margin = margin_of(q.p);
   const double low = std::sqrt(std::min(q.least_left_out, q.upper2)) - margin;
-  return {std::max(low, 0.0) * q.data->unit, (std::sqrt(q.upper2) + margin) * q.data->unit};
+  const double high = std::sqrt(q.upper2) + margin;
+  // where single precision is not enough, as next to slivers
+  if (low < (1 - tolerance) * high) {
+    const double d = closest_point(tree, p).distance;
+    return {d, d};
+  }
+  return {low * q.data->unit, high * q.data->unit};
 }
 
 std::optional<distance_bounds> special_bounds(const bvh& tree, const dvec3& p) {
@@ -181,7 +195,7 @@ closest_point_result closest_point(const bvh& tree, const dvec3& p,
   nearest_query q;
   start(q, f, data, data.normalized(p), options);
   run_nearest(q);
-  return finish_up(q, f, options);
+  return finish_up(q, f, tree, p, options);
 }
 
 bool closer_than(const bvh& tree, const dvec3& p, double r) {
@@ -204,9 +218,9 @@ bool closer_than(const bvh& tree, const dvec3& p, double r) {
   q.look_at = [](nearest_query& query) {
     auto& best = *static_cast<finish*>(query.best);
     look_at_all(query, best);
-    if (best.distance2 < best.enough2) query.reach = -1;
+    if (best.distance() < best.enough) query.reach = -1;
   };
-  f.enough2 = r_scaled * r_scaled;
+  f.enough = r;
   const float surely = static_cast<float>(std::min(r_scaled, 2.0 * farthest)) - 2 * q.margin;
   const int found = run_any(q, surely);
   if (found < 0) look_at_all(q, f);
@@ -218,7 +232,7 @@ distance_bounds bound_distance(const bvh& tree, const dvec3& p, double tolerance
   bounds_query q;
   start(q, *tree.data(), tree.data()->normalized(p), tolerance);
   run_bounds(q);
-  return finish_up(q);
+  return finish_up(q, tree, p, tolerance);
 }
 
 }  // namespace wisp

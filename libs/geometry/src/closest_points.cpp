@@ -94,7 +94,7 @@ class nearest_batch {
   void done(const nearest_query& q) {
     auto& slot = *static_cast<std::optional<running>*>(q.user);
     closest_point_result& result = run_.results[slot->index];
-    result = finish_up(q, slot->best, run_.options);
+    result = finish_up(q, slot->best, run_.tree, run_.points[slot->index], run_.options);
     if (result) {
       last_ = vec3(q.data->normalized(result.at.point));
       found_ = true;
@@ -156,7 +156,8 @@ void bound_distances(const bvh& tree, std::span<const dvec3> points,
       return false;
     };
     source.done = [](void* user, const bounds_query& q) {
-      static_cast<run*>(user)->results[q.index] = finish_up(q);
+      auto& b = *static_cast<run*>(user);
+      b.results[q.index] = finish_up(q, b.tree, b.points[q.index], b.options);
     };
     run_all_bounds(source);
   });

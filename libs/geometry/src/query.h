@@ -57,6 +57,7 @@ struct nearest_query {
   float shrink;  // 1 - tolerance
   float margin;
   float reach;
+  float surely;          // what is found nearer than this is within max_distance
   float limit2;          // of what has to be opened
   float least_left_out;  // of the nodes that the tolerance left out, squared
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "wisp/geometry/closest_point.h"
@@ -28,6 +29,36 @@ element_point on_edge(const dvec3& p, const dvec3& a, const dvec3& b, const dvec
   return e;
 }
 
+// Barycentrics of a sliver come from a normal that is noisy, and are off by as much
+// along its long edge. What is left of p over their point, split along that edge and
+// across it, is small where that matters and takes the error out again.
+void refine(std::array<double, 3>& weights, const dvec3& p, const dvec3& a, const dvec3& b,
+            const dvec3& c) {
+  const std::array<dvec3, 3> v = {a, b, c};
+  std::size_t k = 0;  // the vertex opposite of the longest edge
+  double longest = -1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const dvec3 e = v[(i + 2) % 3] - v[(i + 1) % 3];
+    if (glm::dot(e, e) > longest) {
+      longest = glm::dot(e, e);
+      k = i;
+    }
+  }
+  const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+  const dvec3 e = v[j] - v[i], f = v[k] - v[i];
+  const double foot = glm::dot(e, f) / longest;
+  const dvec3 height = f - foot * e;
+  const double height2 = glm::dot(height, height);
+  if (!(height2 > 0)) return;
+  for (int step = 0; step < 2; ++step) {
+    const dvec3 r = p - a - weights[1] * (b - a) - weights[2] * (c - a);
+    const double along = glm::dot(r, e) / longest, across = glm::dot(r, height) / height2;
+    weights[k] += across;
+    weights[j] += along - foot * across;
+    weights[i] = 1 - weights[j] - weights[k];
+  }
+}
+
 }  // namespace
 
 element_point closest_point_on_triangle(const dvec3& p, const dvec3& a, const dvec3& b,
@@ -41,16 +72,23 @@ element_point closest_point_on_triangle(const dvec3& p, const dvec3& a, const dv
   const double u = glm::dot(glm::cross(bc, bp), n);
   const double sum = u + v + w;
   element_point best;
-  const auto distance2 = [&](const element_point& e) { return glm::dot(p - e.point, p - e.point); };
+  // by differences of vertices, which lose nothing far from the origin
+  const auto distance2 = [&](const element_point& e) {
+    const dvec3 r =
+        e.feature == mesh_feature::vertex ? p - e.point : ap - e.uv.x * ab - e.uv.y * ac;
+    return glm::dot(r, r);
+  };
   bool all_edges = false, any = false;
   if (u > 0 && v > 0 && w > 0 && std::isfinite(sum)) {
-    best.uv = {v / sum, w / sum};
+    std::array<double, 3> weights = {u / sum, v / sum, w / sum};
+    const double l2 = std::max({glm::dot(ab, ab), glm::dot(ac, ac), glm::dot(bc, bc)});
+    const bool is_sliver = glm::dot(n, n) < 4e-3 * l2 * l2;
+    if (is_sliver) refine(weights, p, a, b, c);
+    best.uv = {weights[1], weights[2]};
     best.point = a + best.uv.x * ab + best.uv.y * ac;
     best.feature = mesh_feature::face;
-    any = true;
-    // the normal of a sliver may be noise
-    const double l2 = std::max({glm::dot(ab, ab), glm::dot(ac, ac), glm::dot(bc, bc)});
-    if (glm::dot(n, n) > 1e-12 * l2 * l2) return best;
+    any = weights[0] > 0 && weights[1] > 0 && weights[2] > 0;
+    if (any && !is_sliver) return best;
     all_edges = true;
   }
   // an edge that p is on the inner side of cannot hold the point, but for slivers

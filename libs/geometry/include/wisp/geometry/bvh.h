@@ -16,8 +16,8 @@
 //
 // Precision: the tree is in single precision, relative to the centre and size of
 // what it holds, with bounds that are rounded outwards. Vertices are kept as given,
-// in double, and every answer that is not said to be a bound is finished there; so
-// what is far from the origin, or tiny, or huge, loses nothing.
+// in double (in float where all of them are floats), and every answer that is not said to be a
+// bound is finished there; so what is far from the origin, or tiny, or huge, loses nothing.
 
 #include <cstddef>
 #include <cstdint>
