@@ -363,9 +363,6 @@ TEST_CASE("scene json: grooms grow on meshes that come later in the file") {
   CHECK(
       has(folder.error(R"({"shapes": [{"groom": {"on": 1}}, {"uri": "shapes/lines.ply"}])" + tail),
           "has no faces"));
-  CHECK(
-      has(folder.error(R"({"solids": [{"name": "s"}], "shapes": [{"groom": {"on": "s"}}])" + tail),
-          "is a solid"));
 }
 
 TEST_CASE("scene json: subdivs load their mesh for a shape that is shown") {

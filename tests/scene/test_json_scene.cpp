@@ -233,11 +233,11 @@ TEST_CASE("scene json: groups of PDEs are kept for later, with one warning each"
   scene_folder folder;
   warning_list warnings;
   auto scene = folder.load(
-      R"({"solids": [{"name": "s"}], "problems": [{"anything": 1}, {}], "sections": [{}],
+      R"({"problems": [{"anything": 1}, {}], "sections": [{}],
     "instances": [{"section": "cut"}, {"shape": 0, "material": 0}],
     "shapes": [{"uri": "shapes/quad.ply"}], "materials": [{}]})",
       warnings);
-  CHECK(warnings.size() == 4);
+  CHECK(warnings.size() == 3);
   CHECK(scene.instances.size() == 1);
   for (const auto& w : warnings) CHECK(has(w, "PDE"));
 }

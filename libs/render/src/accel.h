@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "wisp/core/math.h"
+#include "wisp/geometry/sdf.h"
 #include "wisp/render/report.h"
 #include "wisp/scene/scene.h"
 
@@ -19,12 +20,12 @@ struct ray3 {
   float tmax = infinity;
 };
 
-enum struct element_kind : uint32_t { triangle = 0, quad = 1, strand = 2, point = 3 };
+enum struct element_kind : uint32_t { triangle = 0, quad = 1, strand = 2, point = 3, solid = 4 };
 
 struct ray_hit {
   int instance = invalid_id;
   element_kind kind = element_kind::triangle;
-  uint32_t element = 0;  // triangle, quad, point, or curve segment
+  uint32_t element = 0;  // triangle, quad, point, or curve segment; 0 of a solid
   vec2 uv = {0, 0};      // as in Embree; for strands u is along the segment
   float t = infinity;
   vec3 ng = {0, 0, 0};  // Embree's geometric normal in world space, not normalised
@@ -85,8 +86,10 @@ float place_on_strand(const curve_geometry& curves, uint32_t strand, uint32_t se
 
 class ray_accel {
  public:
-  // Takes positions and radii of pure strand shapes out of the scene.
-  ray_accel(scene_data& scene, int threads, bool compact, std::vector<part_report>& parts);
+  // Takes positions and radii of pure strand shapes out of the scene. `solids` are
+  // those of the shapes that are to be traced, one for each shape, or none at all.
+  ray_accel(scene_data& scene, std::vector<sdf>&& solids, int threads, bool compact,
+            std::vector<part_report>& parts);
   ~ray_accel();
   ray_accel(const ray_accel&) = delete;
   ray_accel& operator=(const ray_accel&) = delete;
@@ -102,9 +105,13 @@ class ray_accel {
   std::unique_ptr<impl> impl_;
 };
 
+// Whether the surface of a shape is traced.
+bool is_traced(const scene_data& scene, const shape_data& shape);
+
 // Which kinds of elements the instances of a scene show.
 struct element_use {
-  std::size_t triangles = 0, quads = 0, strands = 0, points = 0;  // unique, not per instance
+  // unique, not per instance
+  std::size_t triangles = 0, quads = 0, strands = 0, points = 0, solids = 0;
   std::size_t instanced = 0;  // instances that share their shape with another
 };
 element_use count_elements(const scene_data& scene);

@@ -17,12 +17,13 @@
 #include <string>
 
 #include "accel.h"
+#include "wisp/geometry/sphere_trace.h"
 
 namespace wisp {
 
 namespace {
 
-constexpr std::size_t kinds = 4;
+constexpr std::size_t kinds = 5;
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -70,6 +71,48 @@ void share(RTCGeometry geometry, RTCBufferType type, RTCFormat format, const std
   rtcSetSharedGeometryBuffer(geometry, type, 0, format, data.data(), 0, sizeof(T), count);
 }
 
+// A solid is one element of a kind that Embree does not know: it asks for its box,
+// and for hits within.
+void bound_solid(const RTCBoundsFunctionArguments* args) {
+  const dbox3 box = properties(*static_cast<const sdf*>(args->geometryUserPtr)).bounds;
+  RTCBounds& b = *args->bounds_o;
+  const dvec3 margin = 1e-6 * (glm::abs(box.min) + glm::abs(box.max));
+  const vec3 low(box.min - margin), high(box.max + margin);
+  b.lower_x = low.x, b.lower_y = low.y, b.lower_z = low.z;
+  b.upper_x = high.x, b.upper_y = high.y, b.upper_z = high.z;
+}
+
+trace_result trace_solid(const void* solid, const RTCRay& ray) {
+  trace_options options;
+  options.tolerance = 1e-8;  // rays are floats
+  options.t_min = static_cast<double>(ray.tnear);
+  options.t_max = static_cast<double>(ray.tfar);
+  return sphere_trace(
+      *static_cast<const sdf*>(solid),
+      {dvec3{ray.org_x, ray.org_y, ray.org_z}, dvec3{ray.dir_x, ray.dir_y, ray.dir_z}}, options);
+}
+
+// Rays are traced one at a time, so that N is 1.
+void intersect_solid(const RTCIntersectFunctionNArguments* args) {
+  if (args->valid[0] == 0) return;
+  auto& r = *reinterpret_cast<RTCRayHit*>(args->rayhit);
+  const trace_result result = trace_solid(args->geometryUserPtr, r.ray);
+  if (result.end != trace_end::hit) return;
+  r.ray.tfar = static_cast<float>(result.at.t);
+  const vec3 n(result.at.normal);
+  r.hit.Ng_x = n.x, r.hit.Ng_y = n.y, r.hit.Ng_z = n.z;
+  r.hit.u = r.hit.v = 0;
+  r.hit.primID = args->primID;
+  r.hit.geomID = args->geomID;
+  r.hit.instID[0] = args->context->instID[0];
+}
+
+void occlude_solid(const RTCOccludedFunctionNArguments* args) {
+  if (args->valid[0] == 0) return;
+  auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
+  if (trace_solid(args->geometryUserPtr, ray).end == trace_end::hit) ray.tfar = -infinity;
+}
+
 }  // namespace
 
 struct ray_accel::impl {
@@ -86,6 +129,7 @@ struct ray_accel::impl {
   std::vector<top_entry> entries = {};
   std::vector<RTCScene> shape_scenes = {};
   std::vector<curve_geometry> curves = {};
+  std::vector<sdf> solids = {};
   std::vector<std::vector<vec4>> spheres = {};
   std::vector<std::vector<uint8_t>> flags = {};
   std::vector<mat3> normal_matrices = {};  // of nested instances
@@ -154,15 +198,27 @@ RTCGeometry ray_accel::impl::make_geometry(shape_data& shape, std::size_t shape_
       share(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, s, s.size());
       break;
     }
+    case element_kind::solid:
+      if (shape_id >= solids.size() || is_empty(properties(solids[shape_id]).bounds))
+        return nullptr;
+      geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+      rtcSetGeometryUserPrimitiveCount(geometry, 1);
+      rtcSetGeometryUserData(geometry, &solids[shape_id]);
+      rtcSetGeometryBoundsFunction(geometry, bound_solid, nullptr);
+      rtcSetGeometryIntersectFunction(geometry, intersect_solid);
+      rtcSetGeometryOccludedFunction(geometry, occlude_solid);
+      break;
   }
   rtcCommitGeometry(geometry);
   check(device, "took over the geometry of a shape");
   return geometry;
 }
 
-ray_accel::ray_accel(scene_data& scene, int threads, bool compact, std::vector<part_report>& parts)
+ray_accel::ray_accel(scene_data& scene, std::vector<sdf>&& solids, int threads, bool compact,
+                     std::vector<part_report>& parts)
     : impl_(std::make_unique<impl>()) {
   impl& a = *impl_;
+  a.solids = std::move(solids);
   std::string config = threads > 0 ? fmt::format("threads={}", threads) : std::string();
   a.device = rtcNewDevice(config.empty() ? nullptr : config.c_str());
   if (!a.device) throw std::runtime_error("Embree does not start: this processor lacks SSE2");
@@ -170,6 +226,9 @@ ray_accel::ray_accel(scene_data& scene, int threads, bool compact, std::vector<p
 
   std::vector<int> uses(scene.shapes.size(), 0);
   for (const auto& instance : scene.instances) uses[static_cast<std::size_t>(instance.shape)]++;
+  // solids are traced in their own space
+  for (std::size_t s = 0; s < scene.shapes.size(); s++)
+    if (uses[s] == 1 && is_traced(scene, scene.shapes[s])) uses[s] = 2;
   a.shape_scenes.resize(scene.shapes.size(), nullptr);
   a.curves.resize(scene.shapes.size());
   a.use = find_strand_use(scene);
@@ -188,10 +247,12 @@ ray_accel::ray_accel(scene_data& scene, int threads, bool compact, std::vector<p
   };
   a.top = new_scene();
   element_use used = count_elements(scene);
-  std::array<std::size_t, kinds> counts = {used.triangles, used.quads, used.strands, used.points};
+  std::array<std::size_t, kinds> counts = {used.triangles, used.quads, used.strands, used.points,
+                                           used.solids};
   const std::array<const char*, kinds> names = {"triangle rays", "quad rays", "curve rays",
-                                                "point rays"};
-  const std::array<const char*, kinds> things = {"triangles", "quads", "curve segments", "points"};
+                                                "point rays", "solid rays"};
+  const std::array<const char*, kinds> things = {"triangles", "quads", "curve segments", "points",
+                                                 "traced solids"};
 
   // Kind by kind, so that each has a row of its own in the report.
   for (std::size_t k = 0; k < kinds; k++) {
@@ -320,6 +381,12 @@ bool ray_accel::occluded(const ray3& ray) const {
   return r.tfar < 0;
 }
 
+bool is_traced(const scene_data& scene, const shape_data& shape) {
+  if (shape.solid == invalid_id || !shape.triangles.empty()) return false;
+  const auto solid = static_cast<std::size_t>(shape.solid);
+  return scene.solids[solid].display == solid_display::trace;
+}
+
 element_use count_elements(const scene_data& scene) {
   element_use use;
   std::vector<int> uses(scene.shapes.size(), 0);
@@ -330,6 +397,7 @@ element_use count_elements(const scene_data& scene) {
     use.triangles += shape.triangles.size();
     use.quads += shape.quads.size();
     use.points += shape.points.size();
+    use.solids += is_traced(scene, shape) ? 1 : 0;
     for (std::size_t k = 0; k + 1 < shape.strands.size(); k++)
       use.strands += segment_count(shape.basis, shape.strands[k + 1] - shape.strands[k]);
     if (uses[s] > 1) use.instanced += static_cast<std::size_t>(uses[s]);

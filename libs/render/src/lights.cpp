@@ -342,7 +342,8 @@ light_sample sample_light(const render_scene& scene, const vec3& position, const
 float area_light_pdf(const render_scene& scene, const vec3& position, const surface_point& target) {
   const light_sampler& lights = *scene.lights;
   int index = lights.source_of_instance[static_cast<std::size_t>(target.instance)];
-  if (index < 0 || target.kind == element_kind::strand || target.kind == element_kind::point)
+  if (index < 0 || target.kind == element_kind::strand || target.kind == element_kind::point ||
+      target.kind == element_kind::solid)
     return 0;
   const light_source& source = lights.sources[static_cast<std::size_t>(index)];
   vec3 d = target.position - position;

@@ -9,8 +9,10 @@
 #include "accel.h"
 #include "hair_material.h"
 #include "lights.h"
+#include "wisp/core/memory.h"
 #include "wisp/render/image.h"
 #include "wisp/render/tesselate.h"
+#include "wisp/scene/solid.h"
 
 namespace wisp {
 
@@ -41,6 +43,9 @@ void check_indices(const scene_data& scene) {
     check(scene.instances[i].shape, scene.shapes.size(), "instance", i, "shape");
     check(scene.instances[i].material, scene.materials.size(), "instance", i, "material");
   }
+  for (std::size_t i = 0; i < scene.shapes.size(); i++)
+    if (scene.shapes[i].solid != invalid_id)
+      check(scene.shapes[i].solid, scene.solids.size(), "shape", i, "solid");
   for (std::size_t i = 0; i < scene.materials.size(); i++) {
     const auto& m = scene.materials[i];
     for (int t : {m.emission_tex, m.color_tex, m.roughness_tex, m.scattering_tex, m.normal_tex,
@@ -102,11 +107,99 @@ part_report image_part(const std::vector<bool>& used) {
   return {"image library", read, read ? "textures are read" : "no texture is read", 0, 0};
 }
 
+// What plan_parts says of solids without building them.
+void plan_solids(const scene_data& scene, std::vector<part_report>& parts) {
+  std::vector<bool> shown(scene.shapes.size(), false);
+  for (const auto& instance : scene.instances) shown[at(instance.shape)] = true;
+  std::size_t meshes = 0, meshed = 0;
+  for (std::size_t i = 0; i < scene.shapes.size(); i++) {
+    if (!shown[i] || scene.shapes[i].solid == invalid_id) continue;
+    const solid_data& solid = scene.solids[at(scene.shapes[i].solid)];
+    meshed += solid.display == solid_display::mesh;
+    for (const auto& node : solid.nodes) meshes += node.type == solid_type::mesh;
+  }
+  const char* none = "no solid that is shown has a mesh";
+  parts.push_back({"distance tree", meshes > 0,
+                   meshes > 0 ? fmt::format("{} meshes in solids", meshes) : none, 0, 0});
+  parts.push_back({"winding numbers", meshes > 0,
+                   meshes > 0 ? "only where a mesh in a solid is open" : none, 0, 0});
+  parts.push_back({"solid meshes", meshed > 0,
+                   meshed > 0 ? fmt::format("{} solids", meshed) : "no solid is shown as a mesh", 0,
+                   0});
+}
+
 part_report subdiv_part(const scene_data& scene) {
   return {"subdivision", !scene.subdivs.empty(),
           scene.subdivs.empty() ? "no subdivs in the scene"
                                 : fmt::format("{} subdivs", scene.subdivs.size()),
           0, 0};
+}
+
+// The solids that instances show: meshed in their shapes, or to be traced.
+std::vector<sdf> make_solids(scene_data& scene, int threads, std::vector<part_report>& parts,
+                             warning_list& warnings) {
+  double start = now();
+  solid_parts built;
+  std::vector<sdf> traced(scene.shapes.size());
+  std::vector<bool> shown(scene.shapes.size(), false);
+  for (const auto& instance : scene.instances) shown[at(instance.shape)] = true;
+  std::vector<std::pair<std::size_t, sdf>> meshed;
+  bool any = false;
+  for (std::size_t i = 0; i < scene.shapes.size(); i++) {
+    if (!shown[i] || scene.shapes[i].solid == invalid_id) continue;
+    const solid_data& solid = scene.solids[at(scene.shapes[i].solid)];
+    sdf tree = make_sdf(scene, solid, threads, warnings, &built);
+    if (solid.display == solid_display::trace) {
+      const dbox3 bounds = properties(tree).bounds;
+      if (is_empty(bounds) || !is_finite(bounds))
+        throw std::invalid_argument("solid '" + solid.name +
+                                    (is_empty(bounds) ? "' is empty"
+                                                      : "' is infinite; intersect it with "
+                                                        "something that is not"));
+      traced[i] = tree;
+      any = true;
+    } else {
+      meshed.emplace_back(i, tree);
+    }
+  }
+  double trees = now() - start;
+  parts.push_back({"distance tree", built.meshes > 0,
+                   built.meshes > 0 ? fmt::format("{} meshes in solids", built.meshes)
+                                    : "no solid that is shown has a mesh",
+                   trees, built.tree_bytes});
+  parts.push_back({"winding numbers", built.open_meshes > 0,
+                   built.open_meshes > 0 ? fmt::format("{} meshes are open", built.open_meshes)
+                   : built.meshes > 0    ? "the meshes are closed: crossings of a ray tell"
+                                         : "no solid that is shown has a mesh",
+                   0, built.winding_bytes});
+  start = now();
+  std::size_t triangles = 0, bytes = 0;
+  for (auto& [i, tree] : meshed) {
+    shape_data mesh = tesselate_solid(scene.solids[at(scene.shapes[i].solid)], tree, threads);
+    mesh.solid = scene.shapes[i].solid;
+    triangles += mesh.triangles.size();
+    bytes += mesh.triangles.size() * sizeof(ivec3) + mesh.positions.size() * 2 * sizeof(vec3);
+    scene.shapes[i] = std::move(mesh);
+  }
+  parts.push_back({"solid meshes", !meshed.empty(),
+                   !meshed.empty()
+                       ? fmt::format("{} triangles of {} solids", triangles, meshed.size())
+                       : "no solid is shown as a mesh",
+                   now() - start, bytes});
+  if (!any) traced.clear();
+  return traced;
+}
+
+// Meshes that were there for solids alone.
+void release_unused_shapes(scene_data& scene) {
+  std::vector<bool> shown(scene.shapes.size(), false);
+  for (const auto& instance : scene.instances) shown[at(instance.shape)] = true;
+  for (std::size_t i = 0; i < scene.shapes.size(); i++)
+    if (!shown[i]) {
+      shape_data empty;
+      empty.name = std::move(scene.shapes[i].name);
+      scene.shapes[i] = std::move(empty);
+    }
 }
 
 // A shape that is used once is moved to where its instance puts it, so that rays
@@ -116,6 +209,7 @@ void bake_single_instances(scene_data& scene) {
   for (const auto& instance : scene.instances) uses[at(instance.shape)]++;
   for (auto& instance : scene.instances) {
     if (uses[at(instance.shape)] != 1 || instance.frame == identity_frame) continue;
+    if (is_traced(scene, scene.shapes[at(instance.shape)])) continue;
     auto& shape = scene.shapes[at(instance.shape)];
     const frame3& f = instance.frame;
     float det = glm::determinant(rotation(f));
@@ -163,7 +257,8 @@ std::vector<uint32_t> count_copies(const scene_data& scene) {
 }
 
 bool is_empty(const shape_data& s) {
-  return s.points.empty() && s.triangles.empty() && s.quads.empty() && strand_count(s) == 0;
+  return s.solid == invalid_id && s.points.empty() && s.triangles.empty() && s.quads.empty() &&
+         strand_count(s) == 0;
 }
 
 }  // namespace
@@ -172,6 +267,7 @@ std::vector<part_report> plan_parts(const scene_data& scene) {
   check_indices(scene);
   std::vector<part_report> parts;
   parts.push_back(subdiv_part(scene));
+  plan_solids(scene, parts);
   auto used = shading_textures(scene);
   auto displaced = displacement_textures(scene);
   for (std::size_t i = 0; i < used.size(); i++) used[i] = used[i] || displaced[i];
@@ -191,6 +287,7 @@ std::vector<part_report> plan_parts(const scene_data& scene) {
   rays("quad rays", "quads", elements.quads);
   rays("curve rays", "curve segments", elements.strands);
   rays("point rays", "points", elements.points);
+  rays("solid rays", "traced solids", elements.solids);
   parts.push_back({"instances", elements.instanced > 0,
                    elements.instanced > 0
                        ? fmt::format("{} instances share a shape", elements.instanced)
@@ -214,8 +311,10 @@ render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
   part.seconds = now() - start;
   parts.push_back(part);
 
+  std::vector<sdf> solids = make_solids(scene, options.threads, parts, warnings);
   std::erase_if(scene.instances,
                 [&](const instance_data& i) { return is_empty(scene.shapes[at(i.shape)]); });
+  release_unused_shapes(scene);
   bool shines = !scene.lights.empty() ||
                 std::any_of(scene.environments.begin(), scene.environments.end(),
                             [](const auto& e) { return max_component(e.emission) > 0; }) ||
@@ -242,7 +341,7 @@ render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
   for (std::size_t i = 0; i < used.size(); i++) displaced[i] = displaced[i] || used[i];
   parts.push_back(image_part(displaced));
   for (std::size_t i = 0; i < used.size(); i++)  // displacement has done its work
-    if (!used[i]) scene.textures[i].pixelsf = {}, scene.textures[i].pixelsb = {};
+    if (!used[i]) release(scene.textures[i].pixelsf), release(scene.textures[i].pixelsb);
 
   start = now();
   part = hair_part(scene);
@@ -260,7 +359,8 @@ render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
   std::vector<part_report> light_parts;
   *result.lights = make_lights(scene, light_parts, false);
   result.scene = std::move(scene);
-  result.accel = std::make_unique<ray_accel>(result.scene, options.threads, options.compact, parts);
+  result.accel = std::make_unique<ray_accel>(result.scene, std::move(solids), options.threads,
+                                             options.compact, parts);
   parts.insert(parts.end(), light_parts.begin(), light_parts.end());
   return result;
 }

@@ -180,6 +180,10 @@ surface_point eval_surface(const render_scene& scene, const ray3& ray, const ray
       if (!shape.colors.empty()) p.color = shape.colors[vertex];
       break;
     }
+    case element_kind::solid:
+      p.position = ray.o + ray.d * hit.t;
+      p.normal = p.geometric_normal = normalize_or_zero(hit.ng);
+      break;
     default:
       eval_face(scene, ray, hit, p);
       break;

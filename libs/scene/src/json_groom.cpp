@@ -33,24 +33,25 @@ void read_plane(json_object& object, const char* key, std::optional<vec4>& value
   value = plane;
 }
 
-void read_on(json_object& object, const json_scene_file& file, int& on) {
+void read_on(json_object& object, const json_scene_file& file, groom_ground& on) {
   const json_tree* tree = object.find("on");
-  if (tree != nullptr && tree->is_string()) {
-    auto name = tree->get<std::string>();
-    if (!file.shapes.by_name.contains(name) &&
-        std::find(file.solids.begin(), file.solids.end(), name) != file.solids.end())
-      object.fail("on", fmt::format("{} is a solid; hair grows on meshes only, so name a shape",
-                                    quote_name(name)));
+  const bool is_solid = tree != nullptr && tree->is_string() &&
+                        !file.shapes.by_name.contains(tree->get<std::string>()) &&
+                        file.solids.by_name.contains(tree->get<std::string>());
+  if (is_solid) {
+    get_reference(object, "on", file.solids, on.solid);
+  } else {
+    get_reference(object, "on", file.shapes, on.shape);
+    if (on.shape == invalid_id)
+      object.fail("on", "is missing; a groom needs the name of the mesh or solid to grow on");
   }
-  get_reference(object, "on", file.shapes, on);
-  if (on == invalid_id)
-    object.fail("on", "is missing; a groom needs the index or name of the mesh to grow on");
 }
 
 }  // namespace
 
 groom_params read_groom(const json_tree& tree, const std::string& place,
-                        const json_scene_file& file, const std::optional<vec2>& radius, int& on) {
+                        const json_scene_file& file, const std::optional<vec2>& radius,
+                        groom_ground& on) {
   json_object object(file.context, tree, place, "groom");
   groom_params params;
   read_on(object, file, on);
@@ -109,7 +110,8 @@ groom_params read_groom(const json_tree& tree, const std::string& place,
 shape_data grow_shape(const json_context& context, const json_shape& source,
                       const shape_data& mesh) {
   if (mesh.triangles.empty() && mesh.quads.empty())
-    context.fail(source.place + ".groom.on", "that shape has no faces; hair grows on meshes only");
+    context.fail(source.place + ".groom.on",
+                 "that shape has no faces; hair grows on meshes and solids only");
   try {
     return grow_groom(mesh, *source.groom);
   } catch (const std::invalid_argument& error) {

@@ -153,30 +153,32 @@ const json_tree* json_object::find(std::string_view key) {
   return it == tree_->end() ? nullptr : &*it;
 }
 
-float json_object::number(const json_tree& tree, const std::string& place,
-                          const json_range& range) const {
+template <typename T>
+T json_object::number(const json_tree& tree, const std::string& place,
+                      const json_range& range) const {
   if (!tree.is_number())
     context_->fail(place, fmt::format("is {}; it must be a number", type_name(tree)));
   auto value = tree.get<double>();
   if (!std::isfinite(value) || std::abs(value) > static_cast<double>(3.402823466e38f))
     context_->fail(place, "is too large; numbers go up to 3.4e38");
-  // Checked as the float that will be used, within a rounding of the double.
+  // Checked as what will be used too, which may be a float.
   bool low = range.open_min ? value <= range.min : value < range.min;
   bool high = range.open_max ? value >= range.max : value > range.max;
-  auto result = static_cast<float>(value);
-  if (range.open_min && static_cast<double>(result) <= range.min) low = true;
-  if (range.open_max && static_cast<double>(result) >= range.max) high = true;
+  auto result = static_cast<T>(value);
+  if (range.open_min && double{result} <= range.min) low = true;
+  if (range.open_max && double{result} >= range.max) high = true;
   if (low || high)
     context_->fail(place, fmt::format("is {}; it must be {}", tree.dump(), range_text(range)));
   return result;
 }
 
-void json_object::numbers(std::string_view key, const json_tree& tree, float* values,
-                          std::size_t count, const json_range& range) const {
+template <typename T>
+void json_object::numbers(std::string_view key, const json_tree& tree, T* values, std::size_t count,
+                          const json_range& range) const {
   if (!tree.is_array() || tree.size() != count)
     fail(key, fmt::format("is {}; it must be an array of {} numbers", type_name(tree), count));
   for (std::size_t i = 0; i < count; i++)
-    values[i] = number(tree[i], fmt::format("{}[{}]", place_of(key), i), range);
+    values[i] = number<T>(tree[i], fmt::format("{}[{}]", place_of(key), i), range);
 }
 
 bool json_object::get(std::string_view key, bool& value) {
@@ -222,7 +224,23 @@ bool json_object::get(std::string_view key, std::string& value) {
 bool json_object::get(std::string_view key, float& value, const json_range& range) {
   const json_tree* tree = find(key);
   if (tree == nullptr) return false;
-  value = number(*tree, place_of(key), range);
+  value = number<float>(*tree, place_of(key), range);
+  return true;
+}
+
+bool json_object::get(std::string_view key, double& value, const json_range& range) {
+  const json_tree* tree = find(key);
+  if (tree == nullptr) return false;
+  value = number<double>(*tree, place_of(key), range);
+  return true;
+}
+
+bool json_object::get(std::string_view key, dvec3& value, const json_range& range) {
+  const json_tree* tree = find(key);
+  if (tree == nullptr) return false;
+  double v[3];
+  numbers(key, *tree, v, 3, range);
+  value = {v[0], v[1], v[2]};
   return true;
 }
 
@@ -248,7 +266,7 @@ bool json_object::get_pair(std::string_view key, vec2& value, const json_range& 
   const json_tree* tree = find(key);
   if (tree == nullptr) return false;
   if (tree->is_number()) {
-    value = vec2{number(*tree, place_of(key), range)};
+    value = vec2{number<float>(*tree, place_of(key), range)};
   } else {
     if (!tree->is_array() || tree->size() != 2)
       fail(key,
@@ -261,6 +279,14 @@ bool json_object::get_pair(std::string_view key, vec2& value, const json_range& 
 }
 
 bool json_object::get(std::string_view key, std::vector<float>& value, std::size_t count) {
+  const json_tree* tree = find(key);
+  if (tree == nullptr) return false;
+  value.resize(count);
+  numbers(key, *tree, value.data(), count, any_number);
+  return true;
+}
+
+bool json_object::get(std::string_view key, std::vector<double>& value, std::size_t count) {
   const json_tree* tree = find(key);
   if (tree == nullptr) return false;
   value.resize(count);

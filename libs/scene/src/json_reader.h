@@ -102,6 +102,9 @@ class json_object {
   // A number for both, or two numbers.
   bool get_pair(std::string_view key, vec2& value, const json_range& range = any_number);
   bool get(std::string_view key, std::vector<float>& value, std::size_t count);
+  bool get(std::string_view key, double& value, const json_range& range = any_number);
+  bool get(std::string_view key, dvec3& value, const json_range& range = any_number);
+  bool get(std::string_view key, std::vector<double>& value, std::size_t count);
   // The index of one of the words, or an error that lists them.
   bool get_word(std::string_view key, int& value,
                 std::initializer_list<std::pair<const char*, int>> words);
@@ -115,8 +118,10 @@ class json_object {
   void finish();
 
  private:
-  float number(const json_tree& tree, const std::string& place, const json_range& range) const;
-  void numbers(std::string_view key, const json_tree& tree, float* values, std::size_t count,
+  template <typename T>
+  T number(const json_tree& tree, const std::string& place, const json_range& range) const;
+  template <typename T>
+  void numbers(std::string_view key, const json_tree& tree, T* values, std::size_t count,
                const json_range& range) const;
 
   json_context* context_;

@@ -83,15 +83,10 @@ json_group read_group(json_object& root, const char* key, std::deque<json_tree>&
 }
 
 // Groups that another part of wisp reads.
-void skip_group(json_object& root, const char* key, std::vector<std::string>* names) {
+void skip_group(json_object& root, const char* key) {
   const json_tree* tree = root.find(key);
   if (tree == nullptr || tree->empty()) return;
   root.warn(key, "ignored by render; a version of wisp with PDE support reads it");
-  if (names == nullptr || !tree->is_array()) return;
-  for (const auto& element : *tree)
-    if (element.is_object())
-      if (auto name = element.find("name"); name != element.end() && name->is_string())
-        names->push_back(name->get<std::string>());
 }
 
 // A hair material scatters light along strands only. Faces that have one get a
@@ -189,6 +184,7 @@ std::vector<json_instance> read_instances(const json_scene_file& file) {
     get_frame(object, read.instance.frame);
     bool is_section = object.has("section");
     get_reference(object, "shape", file.shapes, read.instance.shape);
+    get_reference(object, "solid", file.solids, read.solid);
     get_reference(object, "material", file.materials, read.instance.material);
     object.finish();
     if (is_section) {
@@ -196,8 +192,10 @@ std::vector<json_instance> read_instances(const json_scene_file& file) {
                   "the instance is left out; a version of wisp with PDE support shows it");
       continue;
     }
-    if (read.instance.shape == invalid_id)
-      object.fail("shape", "is missing; an instance needs the index or name of a shape");
+    if (read.solid != invalid_id && read.instance.shape != invalid_id)
+      object.fail("solid", "is given as well as \"shape\"; keep one");
+    if (read.solid == invalid_id && read.instance.shape == invalid_id)
+      object.fail("shape", "is missing; an instance needs the index or name of a shape or solid");
     if (read.instance.material == invalid_id)
       object.fail("material", "is missing; an instance needs the index or name of a material");
     if (!is_invertible(read.instance.frame)) {
@@ -222,10 +220,9 @@ scene_data load_json_scene(const std::filesystem::path& path, warning_list& warn
   json_scene_file file{context,           path.parent_path(), group("cameras"),
                        group("textures"), group("materials"), group("shapes"),
                        group("subdivs"),  group("instances"), group("environments"),
-                       group("lights")};
-  skip_group(root, "solids", &file.solids);
-  skip_group(root, "problems", nullptr);
-  skip_group(root, "sections", nullptr);
+                       group("lights"),   group("solids")};
+  skip_group(root, "problems");
+  skip_group(root, "sections");
   root.finish();
 
   scene.cameras = read_cameras(file);
@@ -233,6 +230,7 @@ scene_data load_json_scene(const std::filesystem::path& path, warning_list& warn
   scene.materials = read_materials(file);
   scene.environments = read_environments(file);
   scene.lights = read_lights(file);
+  scene.solids = read_solids(file);
   std::vector<json_shape> shapes = read_shapes(file);
   std::vector<json_subdiv> subdivs = read_subdivs(file);
   std::vector<json_instance> instances = read_instances(file);
@@ -240,6 +238,8 @@ scene_data load_json_scene(const std::filesystem::path& path, warning_list& warn
 
   for (const auto& read : instances) scene.instances.push_back(read.instance);
   for (const auto& read : subdivs) scene.subdivs.push_back(read.subdiv);
+  scene.shapes.resize(shapes.size());
+  show_solids(instances, scene);
   load_shapes(file, shapes, subdivs, scene, warnings);
   replace_hair_on_faces(context, instances, scene);
   return scene;

@@ -33,8 +33,7 @@ struct json_group {
 struct json_scene_file {
   json_context& context;
   std::filesystem::path folder;
-  json_group cameras, textures, materials, shapes, subdivs, instances, environments, lights;
-  std::vector<std::string> solids = {};  // names only
+  json_group cameras, textures, materials, shapes, subdivs, instances, environments, lights, solids;
 };
 
 // The index of an element of a group, given by number or by name; -1 and ""
@@ -56,6 +55,7 @@ std::vector<camera_data> read_cameras(const json_scene_file& file);
 std::vector<texture_data> read_textures(const json_scene_file& file);
 std::vector<environment_data> read_environments(const json_scene_file& file);
 std::vector<light_data> read_lights(const json_scene_file& file);
+std::vector<solid_data> read_solids(const json_scene_file& file);
 std::vector<material_data> read_materials(const json_scene_file& file);
 
 // By whose names a hair material is given: wisp's and pbrt's, Cycles', MaterialX'.
@@ -66,6 +66,7 @@ void read_hair(json_object& object, const json_scene_file& file, hair_kind kind,
 
 struct json_instance {
   instance_data instance = {};
+  int solid = invalid_id;  // in place of a shape
   std::string place = "";
 };
 std::vector<json_instance> read_instances(const json_scene_file& file);
@@ -77,6 +78,12 @@ struct json_subdiv {
 };
 std::vector<json_subdiv> read_subdivs(const json_scene_file& file);
 
+// What hair grows on: a shape, or a solid.
+struct groom_ground {
+  int shape = invalid_id;
+  int solid = invalid_id;
+};
+
 // What the file says about a shape, before anything is loaded.
 struct json_shape {
   std::string name = "";
@@ -86,7 +93,7 @@ struct json_shape {
   std::optional<curve_profile> profile = {};
   std::optional<vec2> radius = {};
   std::optional<groom_params> groom = {};
-  int groom_on = invalid_id;
+  groom_ground groom_on = {};
 };
 std::vector<json_shape> read_shapes(const json_scene_file& file);
 
@@ -95,6 +102,15 @@ std::vector<json_shape> read_shapes(const json_scene_file& file);
 void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sources,
                  const std::vector<json_subdiv>& subdivs, scene_data& scene,
                  warning_list& warnings);
+
+// Gives a shape of its own to each solid that `instances` show.
+void show_solids(const std::vector<json_instance>& instances, scene_data& scene);
+// Which shapes the solids that are shown or grown on consist of. Fails for those that
+// have no mesh file.
+std::vector<bool> find_solid_meshes(const json_scene_file& file,
+                                    const std::vector<json_shape>& sources,
+                                    const std::vector<json_subdiv>& subdivs,
+                                    const scene_data& scene);
 
 // Turns points on curves into control points of `basis` that give curves from
 // the first to the last point: B-splines and Catmull-Rom splines get a phantom

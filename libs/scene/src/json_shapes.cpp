@@ -4,6 +4,7 @@
 
 #include <exception>
 #include <functional>
+#include <stdexcept>
 #include <system_error>
 
 #include "json_groom.h"
@@ -11,6 +12,7 @@
 #include "wisp/core/parallel.h"
 #include "wisp/geometry/subdivide.h"
 #include "wisp/scene/io.h"
+#include "wisp/scene/solid.h"
 
 namespace wisp {
 
@@ -82,6 +84,17 @@ shape_data refine_for_groom(const json_context& context, const json_subdiv& sour
   shape.quads = std::move(mesh.quads);
   shape.positions = std::move(mesh.vertices);
   return shape;
+}
+
+// The surface of a solid, to grow hair on.
+shape_data tesselate_for_groom(const json_context& context, const json_shape& source,
+                               const scene_data& scene, const solid_data& solid,
+                               warning_list& warnings) {
+  try {
+    return tesselate_solid(solid, make_sdf(scene, solid, 0, warnings), 0);
+  } catch (const std::invalid_argument& error) {
+    context.fail(source.place + ".groom.on", error.what());
+  }
 }
 
 // Runs jobs side by side. Warnings come in the order of the jobs, and of several
@@ -180,14 +193,17 @@ void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sou
   for (std::size_t i = 0; i < subdivs.size(); i++)
     subdiv_of[at(subdivs[i].subdiv.shape)] = static_cast<int>(i);
   std::vector<bool> shown(count, false), grown_on(count, false);
-  for (const auto& instance : scene.instances) shown[at(instance.shape)] = true;
+  for (const auto& instance : scene.instances)
+    if (at(instance.shape) < count) shown[at(instance.shape)] = true;  // others are of solids
+  const std::vector<bool> in_solids = find_solid_meshes(file, sources, subdivs, scene);
   for (std::size_t i = 0; i < count; i++) {
     if (!shown[i] || !sources[i].groom || subdiv_of[i] != invalid_id) continue;
-    auto on = at(sources[i].groom_on);
+    if (sources[i].groom_on.solid != invalid_id) continue;
+    auto on = at(sources[i].groom_on.shape);
     if (sources[on].groom)
       context.fail(sources[i].place + ".groom.on",
                    on == i ? "is the groom itself; name a mesh"
-                           : "is a groom itself; hair grows on meshes only");
+                           : "is a groom itself; hair grows on meshes and solids only");
     grown_on[on] = true;
   }
 
@@ -205,7 +221,6 @@ void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sou
     subdiv.normals = std::move(mesh.normals);
     subdiv.texcoords = std::move(mesh.texcoords);
   });
-  scene.shapes.resize(count);
   for (std::size_t i = 0; i < count; i++) {
     scene.shapes[i].name = sources[i].name;
     if ((shown[i] || grown_on[i]) && subdiv_of[i] == invalid_id && !sources[i].groom &&
@@ -214,25 +229,35 @@ void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sou
                    "has neither \"uri\" nor \"groom\"; a shape needs one of them");
   }
   run_jobs(count, warnings, [&](std::size_t i, warning_list& list) {
-    if ((!shown[i] && !grown_on[i]) || sources[i].groom || subdiv_of[i] != invalid_id) return;
+    if (!shown[i] && !grown_on[i] && !in_solids[i]) return;
+    if (sources[i].groom || subdiv_of[i] != invalid_id) return;
     scene.shapes[i] = read_shape_file(context, sources[i], list);
     scene.shapes[i].name = sources[i].name;
   });
-  std::unordered_map<int, shape_data> refined;  // surfaces of subdivs that hair grows on
+  // surfaces of subdivs and of solids that hair grows on
+  std::unordered_map<int, shape_data> refined, surfaces;
   for (std::size_t i = 0; i < count; i++) {
     if (!shown[i] || !sources[i].groom || subdiv_of[i] != invalid_id) continue;
-    int on = sources[i].groom_on;
-    int subdiv = subdiv_of[at(on)];
-    if (subdiv != invalid_id && !refined.contains(on))
-      refined[on] = refine_for_groom(context, subdivs[at(subdiv)], scene.subdivs[at(subdiv)],
-                                     sources[i].place, warnings);
-    scene.shapes[i] =
-        grow_shape(context, sources[i], subdiv != invalid_id ? refined[on] : scene.shapes[at(on)]);
+    const groom_ground& on = sources[i].groom_on;
+    if (on.solid != invalid_id) {
+      if (!surfaces.contains(on.solid))
+        surfaces[on.solid] =
+            tesselate_for_groom(context, sources[i], scene, scene.solids[at(on.solid)], warnings);
+      scene.shapes[i] = grow_shape(context, sources[i], surfaces[on.solid]);
+    } else {
+      int subdiv = subdiv_of[at(on.shape)];
+      if (subdiv != invalid_id && !refined.contains(on.shape))
+        refined[on.shape] = refine_for_groom(context, subdivs[at(subdiv)],
+                                             scene.subdivs[at(subdiv)], sources[i].place, warnings);
+      scene.shapes[i] =
+          grow_shape(context, sources[i],
+                     subdiv != invalid_id ? refined[on.shape] : scene.shapes[at(on.shape)]);
+    }
     scene.shapes[i].name = sources[i].name;
     if (sources[i].profile) scene.shapes[i].profile = *sources[i].profile;
   }
   for (std::size_t i = 0; i < count; i++)  // wanted for their hair alone
-    if (!shown[i] && grown_on[i]) {
+    if (!shown[i] && !in_solids[i] && grown_on[i]) {
       scene.shapes[i] = {};
       scene.shapes[i].name = sources[i].name;
     }

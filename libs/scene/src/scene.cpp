@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "wisp/scene/solid.h"
+
 namespace wisp {
 
 namespace {
@@ -94,7 +96,15 @@ std::array<vec3, 2> scene_bounds(const scene_data& scene) {
     if (!in_range(instance.shape, scene.shapes.size())) continue;
     auto index = static_cast<std::size_t>(instance.shape);
     const shape_data& shape = scene.shapes[index];
-    if (shape.positions.empty() && subdiv_of[index] != invalid_id) {
+    if (in_range(shape.solid, scene.solids.size())) {
+      const dbox3 b = solid_bounds(scene, scene.solids[static_cast<std::size_t>(shape.solid)]);
+      if (is_empty(b) || !is_finite(b)) continue;
+      for (int corner = 0; corner < 8; corner++) {
+        const dvec3 p = {corner & 1 ? b.max.x : b.min.x, corner & 2 ? b.max.y : b.min.y,
+                         corner & 4 ? b.max.z : b.min.z};
+        add(box, transform_point(instance.frame, vec3(p)), 0);
+      }
+    } else if (shape.positions.empty() && subdiv_of[index] != invalid_id) {
       for (const vec3& p : scene.subdivs[static_cast<std::size_t>(subdiv_of[index])].positions)
         add(box, transform_point(instance.frame, p), 0);
     } else {

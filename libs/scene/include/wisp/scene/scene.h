@@ -149,7 +149,52 @@ enum struct curve_basis { linear, bezier, bspline, catmull_rom };
 // How a strand is seen: a ribbon that turns to face each ray, or a tube.
 enum struct curve_profile { flat, round };
 
-// A shape holds faces, points and strands over one set of vertices.
+// A solid is a tree of signed distances. Its nodes are those of
+// wisp/geometry/sdf.h, with the same names and parameters.
+enum struct solid_type {
+  mesh,
+  sphere,
+  box,
+  rounded_box,
+  torus,
+  capsule,
+  cylinder,
+  cone,
+  plane,
+  ellipsoid,
+  unite,
+  intersection,
+  difference,
+  smooth_union,
+  smooth_intersection,
+  smooth_difference,
+  transform,
+  offset,
+  complement
+};
+struct solid_node {
+  solid_type type = solid_type::sphere;
+  int shape = invalid_id;          // mesh: closed or nearly so, counter-clockwise outside
+  dvec3 a = {0, 0, 0};             // center, point, or first end of an axis
+  dvec3 b = {0, 0, 0};             // half sizes, radii, normal, or second end of an axis
+  double radius = 0;               // or major radius, blend, offset; of a cone at a
+  double radius2 = 0;              // minor radius; of a cone at b
+  glm::dmat4x3 frame = {};         // transform
+  std::vector<int> operands = {};  // nodes that come before this one
+};
+
+// How the surface of a solid is rendered: as triangles of dual contouring, or by
+// sphere tracing the solid itself.
+enum struct solid_display { mesh, trace };
+struct solid_data {
+  std::string name = "";
+  std::vector<solid_node> nodes = {};  // the last one is the solid
+  solid_display display = solid_display::mesh;
+  int resolution = 256;  // cells along the longest side of the mesh that shows it
+};
+
+// A shape holds faces, points and strands over one set of vertices, or is the
+// surface of a solid.
 //
 // Strand k uses the vertices strands[k] <= i < strands[k + 1] in order; `strands`
 // is empty or ends with the number of vertices that strands use. `basis` says
@@ -159,6 +204,7 @@ enum struct curve_profile { flat, round };
 // to near the last but one).
 struct shape_data {
   std::string name = "";
+  int solid = invalid_id;  // prepare_scene meshes or traces it
 
   std::vector<int> points = {};
   std::vector<ivec3> triangles = {};
@@ -249,6 +295,7 @@ struct scene_data {
   std::vector<material_data> materials = {};
   std::vector<shape_data> shapes = {};
   std::vector<subdiv_data> subdivs = {};
+  std::vector<solid_data> solids = {};
   std::vector<instance_data> instances = {};
   std::vector<environment_data> environments = {};
   std::vector<light_data> lights = {};
