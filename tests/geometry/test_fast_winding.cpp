@@ -2,11 +2,10 @@
 
 #include <cmath>
 #include <random>
-#include <set>
 #include <vector>
 
+#include "data_meshes.h"
 #include "wisp/geometry/fast_winding.h"
-#include "wisp/geometry/point_cloud.h"
 #include "wisp/geometry/solid_angle.h"
 
 using namespace wisp;
@@ -75,25 +74,6 @@ double largest_error(const mesh& m, const fast_winding& fast, const std::vector<
   return error;
 }
 
-struct cloud {
-  std::vector<dvec3> points, normals;
-};
-
-// Points on a sphere, evenly along a spiral or at random.
-cloud make_sphere(int count, double radius, bool even, const dvec3& center = {0, 0, 0}) {
-  cloud c;
-  std::mt19937_64 random(11);
-  std::uniform_real_distribution<double> u;
-  for (int i = 0; i < count; ++i) {
-    const double z = even ? 1 - (2 * i + 1.0) / count : 2 * u(random) - 1;
-    const double a = even ? 2.399963229728653 * i : tau * u(random);
-    const double r = std::sqrt(1 - z * z);
-    c.normals.emplace_back(r * std::cos(a), r * std::sin(a), z);
-    c.points.push_back(center + radius * c.normals.back());
-  }
-  return c;
-}
-
 }  // namespace
 
 TEST_CASE("geometry: fast winding numbers of closed and open meshes and soups") {
@@ -143,34 +123,124 @@ TEST_CASE("geometry: fast winding numbers are whole near a closed mesh") {
 
 TEST_CASE("geometry: expansions of each order converge as they should") {
   // one leaf, a curved piece: its error is that of one expansion
-  mesh m;
+  mesh piece;
   for (int i = 0; i < 5; ++i) {
-    m.positions.emplace_back(0.3 * i, 0, 0.2 * std::sin(1.0 * i));
-    m.positions.emplace_back(0.3 * i, 0.5 + 0.1 * i, 0.1 * i);
+    piece.positions.emplace_back(0.3 * i, 0, 0.2 * std::sin(1.0 * i));
+    piece.positions.emplace_back(0.3 * i, 0.5 + 0.1 * i, 0.1 * i);
   }
   for (int i = 0; i < 4; ++i) {
-    m.triangles.emplace_back(2 * i, 2 * i + 2, 2 * i + 1);
-    m.triangles.emplace_back(2 * i + 1, 2 * i + 2, 2 * i + 3);
+    piece.triangles.emplace_back(2 * i, 2 * i + 2, 2 * i + 1);
+    piece.triangles.emplace_back(2 * i + 1, 2 * i + 2, 2 * i + 3);
   }
-  const bvh tree = make_bvh(m.triangles, m.positions);
-  const dvec3 middle{0.6, 0.3, 0.1};
+  // and many, whose moments are put together
+  for (const mesh& m : {piece, make_torus(64, 32, 32), make_soup(1500)}) {
+    CAPTURE(m.triangles.size());
+    const bvh tree = make_bvh(m.triangles, m.positions);
+    const dvec3 middle = 0.5 * (tree.min() + tree.max());
+    for (int order = 1; order <= 3; ++order) {
+      CAPTURE(order);
+      const fast_winding fast = make_fast_winding(tree, {order, 1});
+      double errors[2] = {0, 0};
+      for (int far = 0; far < 2; ++far) {
+        for (dvec3 direction : random_points(50, 1)) {
+          direction = glm::normalize(direction);
+          const dvec3 p = middle + (far == 0 ? 3.0 : 6.0) * direction;
+          const double w = fast_winding_number(fast, p, 0.01);
+          const double exact = winding_number_sum(m.triangles, m.positions, p);
+          errors[far] = std::max(errors[far], std::abs(w - exact));
+        }
+      }
+      // like distance^-(order + 2), until single precision ends it
+      const double exponent = std::log2(errors[0] / errors[1]);
+      CHECK(exponent > order + 1.7);
+      CHECK(exponent < order + 3.2);
+    }
+  }
+}
+
+TEST_CASE("geometry: expansions are the Taylor series of their triangles") {
+  // eight triangles are one leaf
+  const mesh m = make_soup(8);
+  double area = 0;
+  dvec3 c{0, 0, 0};
+  struct sample {
+    dvec3 x, n;
+  };
+  std::vector<sample> samples;  // exact for squares: the vertices and the middle
+  for (std::size_t i = 0; i < 8; ++i) {
+    const dvec3* v = &m.positions[3 * i];
+    const dvec3 n = 0.5 * glm::cross(v[1] - v[0], v[2] - v[0]), middle = (v[0] + v[1] + v[2]) / 3.0;
+    area += glm::length(n);
+    c += glm::length(n) * middle;
+    for (int k = 0; k < 3; ++k) samples.push_back({v[k], n / 12.0});
+    samples.push_back({middle, 0.75 * n});
+  }
+  c /= area;
   for (int order = 1; order <= 3; ++order) {
     CAPTURE(order);
-    const fast_winding fast = make_fast_winding(tree, {order, 1});
-    double errors[2] = {0, 0};
-    for (int far = 0; far < 2; ++far) {
-      for (dvec3 direction : random_points(100, 1)) {
-        direction = glm::normalize(direction);
-        const dvec3 p = middle + (far == 0 ? 3.0 : 6.0) * direction;
-        const double w = fast_winding_number(fast, p, 0.01);
-        const double exact = winding_number_sum(m.triangles, m.positions, p);
-        errors[far] = std::max(errors[far], std::abs(w - exact));
+    const fast_winding fast = make_fast_winding(make_bvh(m.triangles, m.positions), {order, 1});
+    for (const dvec3& p : random_points(50, 3)) {
+      const dvec3 q = c - p;
+      const double d = glm::length(q), d3 = d * d * d, d5 = d3 * d * d;
+      double w = 0;
+      for (const sample& s : samples) {
+        const dvec3 y = s.x - c;
+        const double qn = glm::dot(q, s.n), yn = glm::dot(y, s.n), qy = glm::dot(q, y);
+        w += qn / d3;
+        if (order > 1) w += yn / d3 - 3 * qn * qy / d5;
+        if (order > 2) {
+          w += (-3 * yn * qy + qn * (7.5 * qy * qy / (d * d) - 1.5 * glm::dot(y, y))) / d5;
+        }
       }
+      const double size = area / (2 * tau * d * d) * (1 + std::pow(2 / d, order - 1));
+      CHECK(std::abs(fast_winding_number(fast, p, 1e-9) - w / (2 * tau)) < 3e-6 * size);
     }
-    // like distance^-(order + 2), until single precision ends it
-    const double exponent = std::log2(errors[0] / errors[1]);
-    CHECK(exponent > order + 1.7);
-    CHECK(exponent < order + 3.2);
+  }
+}
+
+TEST_CASE("geometry: fast winding numbers of large and of deep trees") {
+  const double inf = std::numeric_limits<double>::infinity();
+  const mesh large = make_torus(300, 120, 7);
+  fast_winding fast = make_fast_winding(make_bvh(large.triangles, large.positions));
+  CHECK(largest_error(large, fast, random_points(12, 1.2), inf) < 3e-5);
+  CHECK(largest_error(large, fast, random_points(12, 1.2), 30) < 3e-5);
+  // ever smaller around a point
+  mesh deep;
+  std::vector<dvec3> points = random_points(40, 1.2);
+  const dvec3 directions[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  for (double r = 1; r > 1e-12; r *= 0.7) {
+    for (const dvec3& u : directions) {
+      const dvec3 v{u.y, u.z, u.x}, w{u.z, u.x, u.y};
+      const int n = static_cast<int>(deep.positions.size());
+      for (const dvec3& x : {u, u + 0.3 * v, u + 0.3 * w}) deep.positions.push_back(r * x);
+      deep.triangles.emplace_back(n, n + 1, n + 2);
+      deep.triangles.emplace_back(n, n + 1, n + 2);
+    }
+    points.push_back(0.9 * r * points[0]);
+  }
+  fast = make_fast_winding(make_bvh(deep.triangles, deep.positions));
+  CHECK(largest_error(deep, fast, points, inf) < 3e-5);
+  CHECK(largest_error(deep, fast, points, 2.35) < 0.01);  // all is there twice
+}
+
+TEST_CASE("geometry: fast winding numbers of meshes from files") {
+  if (!test::data_mesh("rabbit.obj")) {
+    MESSAGE("skipped: WISP_TEST_DATA is not set to a folder with meshes");
+    return;
+  }
+  for (const char* name :
+       {"stanford-bunny.obj", "rabbit.obj", "quadknot.obj", "soup.stl", "busted.STL", "teapot.stl",
+        "degenerated.obj", "cube_with_fold.ply", "joined_tetrahedra.obj", "sliver_tet.ply"}) {
+    CAPTURE(name);
+    const auto given = test::data_mesh(name);
+    REQUIRE(given);
+    const mesh m{given->triangles, given->positions};
+    const bvh tree = make_bvh(m.triangles, m.positions);
+    const dvec3 center = 0.5 * (tree.min() + tree.max()), half = 0.55 * (tree.max() - tree.min());
+    std::vector<dvec3> points = random_points(60, 1);
+    for (dvec3& p : points) p = center + half * p;
+    CHECK(largest_error(m, make_fast_winding(tree), points, 2.35) < 0.0045);
+    CHECK(largest_error(m, make_fast_winding(tree), points, 4) < 0.0006);
   }
 }
 
@@ -198,24 +268,29 @@ TEST_CASE("geometry: fast winding numbers do not depend on units or place") {
 }
 
 TEST_CASE("geometry: fast winding numbers of a batch are those of its points") {
-  const mesh m = make_torus(96, 40, 3);
-  const fast_winding fast = make_fast_winding(make_bvh(m.triangles, m.positions));
   std::vector<dvec3> points = random_points(3000, 1.4);
   points[17].y = std::numeric_limits<double>::quiet_NaN();
   points[18].x = std::numeric_limits<double>::infinity();
   points[19] = {1e200, -1e250, 3};
-  for (const int threads : {1, 2, 0}) {
-    for (const std::size_t count : {std::size_t{0}, std::size_t{30}, points.size()}) {
-      std::vector<double> results(count, 77);
-      fast_winding_numbers(fast, std::span(points).first(count), results, 2, threads);
-      for (std::size_t i = 0; i < count; ++i) {
-        const double w = fast_winding_number(fast, points[i], 2);
-        CHECK((results[i] == w || (std::isnan(w) && std::isnan(results[i]))));
+  // batches of large meshes have an order of their own
+  for (const mesh& m : {make_torus(96, 40, 3), make_torus(450, 190, 3)}) {
+    CAPTURE(m.triangles.size());
+    const fast_winding fast = make_fast_winding(make_bvh(m.triangles, m.positions));
+    std::vector<double> expected;
+    for (const dvec3& p : points) expected.push_back(fast_winding_number(fast, p, 2));
+    for (const int threads : {1, 2, 0}) {
+      for (const std::size_t count : {std::size_t{0}, std::size_t{30}, points.size()}) {
+        std::vector<double> results(count, 77);
+        fast_winding_numbers(fast, std::span(points).first(count), results, 2, threads);
+        for (std::size_t i = 0; i < count; ++i) {
+          const double w = expected[i];
+          CHECK((results[i] == w || (std::isnan(w) && std::isnan(results[i]))));
+        }
       }
     }
+    std::vector<double> few(2);
+    CHECK_THROWS_AS(fast_winding_numbers(fast, points, few), std::invalid_argument);
   }
-  std::vector<double> few(2);
-  CHECK_THROWS_AS(fast_winding_numbers(fast, points, few), std::invalid_argument);
 }
 
 TEST_CASE("geometry: moments do not depend on the threads that build them") {
@@ -302,140 +377,4 @@ TEST_CASE("geometry: wrong options of fast winding numbers are refused") {
   CHECK_THROWS_AS(fast_winding_number(fast, p, std::nan("")), std::invalid_argument);
   CHECK(std::isfinite(fast_winding_number(fast, p, 1e-300)));
   CHECK(std::abs(fast_winding_number(fast, p, 1e300)) < 1e-5);
-
-  const cloud c = make_sphere(50, 1, true);
-  const std::span normals(c.normals);
-  std::vector<double> areas(50, 0.2);
-  CHECK_NOTHROW(make_fast_winding(c.points, normals, areas));
-  CHECK_THROWS_AS(make_fast_winding(c.points, normals.first(49), areas), std::invalid_argument);
-  CHECK_THROWS_AS(make_fast_winding(c.points, normals, std::span(areas).first(3)),
-                  std::invalid_argument);
-  areas[7] = -1;
-  CHECK_THROWS_AS(make_fast_winding(c.points, normals, areas), std::invalid_argument);
-  areas[7] = std::nan("");
-  CHECK_THROWS_AS(make_fast_winding(c.points, normals, areas), std::invalid_argument);
-  CHECK_THROWS_AS(estimate_areas(c.points, normals, 2), std::invalid_argument);
-  CHECK_THROWS_AS(estimate_areas(c.points, normals.first(3)), std::invalid_argument);
-}
-
-TEST_CASE("geometry: winding numbers of a cloud") {
-  struct place {
-    double radius;
-    dvec3 center;
-  };
-  for (const place& at : {place{1, {0, 0, 0}}, place{1e-6, {0, 0, 0}}, place{3, {1e5, 0, -1e5}}}) {
-    CAPTURE(at.radius);
-    const cloud c = make_sphere(4000, at.radius, true, at.center);
-    const fast_winding fast = make_fast_winding(c.points, c.normals);
-    for (const dvec3& p : random_points(300, 1.5)) {
-      const double l = glm::length(p);
-      if (std::abs(l - 1) < 0.1) continue;
-      const double w = fast_winding_number(fast, at.center + at.radius * p);
-      CHECK(std::abs(w - (l < 1 ? 1 : 0)) < 0.02);
-    }
-    for (const dvec3& p : c.points) CHECK(std::isfinite(fast_winding_number(fast, p)));
-  }
-}
-
-TEST_CASE("geometry: expansions of a cloud agree with its sum") {
-  const cloud c = make_sphere(1500, 1, false);
-  const std::vector<double> areas = estimate_areas(c.points, c.normals);
-  std::vector<dvec3> doubled = c.normals;
-  for (dvec3& n : doubled) n *= 2.0;  // of any length
-  double errors[4] = {};
-  for (int order = 1; order <= 3; ++order) {
-    CAPTURE(order);
-    const fast_winding fast = make_fast_winding(c.points, doubled, areas, {order, 1});
-    double error = 0;
-    for (const dvec3& p : random_points(200, 1.5)) {
-      double sum = 0;
-      for (std::size_t i = 0; i < c.points.size(); ++i) {
-        const dvec3 d = c.points[i] - p;
-        sum += areas[i] * glm::dot(c.normals[i], d) / std::pow(glm::length(d), 3) / (2 * tau);
-      }
-      error = std::max(error, std::abs(fast_winding_number(fast, p) - sum));
-      CHECK(std::abs(fast_winding_number(fast, p, 1e9) - sum) < 1e-4);
-    }
-    errors[order] = error;
-  }
-  CHECK(errors[3] < 0.2 * errors[1]);
-  CHECK(errors[3] < 0.2 * errors[2]);
-  CHECK(errors[3] < 0.005);
-}
-
-TEST_CASE("geometry: areas of points") {
-  for (const bool even : {true, false}) {
-    CAPTURE(even);
-    const cloud c = make_sphere(5000, 2, even);
-    double sum = 0;
-    for (const double a : estimate_areas(c.points, c.normals)) {
-      CHECK(a > 0);
-      sum += a;
-    }
-    CHECK(sum == doctest::Approx(8 * tau).epsilon(0.03));
-  }
-  // a square lattice with an edge; twice, with points that do not count
-  std::vector<dvec3> points, normals;
-  for (int i = 0; i < 20; ++i) {
-    for (int j = 0; j < 20; ++j) points.emplace_back(0.1 * i, 0.1 * j, 5);
-  }
-  normals.assign(points.size(), dvec3{0, 0, 3});
-  std::vector<double> areas = estimate_areas(points, normals);
-  CHECK(areas[20 * 10 + 10] == doctest::Approx(0.01).epsilon(1e-9));
-  CHECK(areas[0] > 0.002);
-  CHECK(areas[0] < 0.06);
-  points.insert(points.end(), points.begin(), points.end());
-  normals.assign(points.size(), dvec3{0, 0, 1});
-  points.emplace_back(std::nan(""), 0, 0);
-  normals.emplace_back(0, 0, 1);
-  points.emplace_back(9, 9, 9);
-  normals.emplace_back(0, 0, 0);
-  areas = estimate_areas(points, normals, 24, 2);
-  CHECK(areas[20 * 10 + 10] == doctest::Approx(0.005).epsilon(1e-9));
-  CHECK(areas[800] == 0);
-  CHECK(areas[801] == 0);
-  const fast_winding fast = make_fast_winding(points, normals);
-  CHECK(fast_winding_number(fast, {0.95, 0.95, 4.8}) > 0.3);
-  CHECK(fast_winding_number(fast, {0.95, 0.95, 5.2}) < -0.3);
-  CHECK(estimate_areas({}, {}).empty());
-  const std::vector<dvec3> one = {{1, 2, 3}}, up = {{0, 0, 1}};
-  CHECK(estimate_areas(one, up)[0] == 0);
-}
-
-TEST_CASE("geometry: nearest neighbors are those of a search through all") {
-  for (const dvec3& offset : {dvec3{0, 0, 0}, dvec3{1e5, 0, 0}}) {
-    std::vector<dvec3> points = random_points(2000, 1);
-    for (std::size_t i = 0; i < 50; ++i) points.push_back(points[i]);  // as near
-    for (dvec3& p : points) p += offset;
-    const bvh tree = make_point_bvh(points);
-    for (dvec3 p : random_points(60, 2, 9)) {
-      p += offset;
-      std::set<std::pair<double, int>> all;
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        const dvec3 d = points[i] - p;
-        all.emplace(glm::dot(d, d), static_cast<int>(i));
-      }
-      std::vector<int> found(17, -1);
-      REQUIRE(nearest_neighbors(tree, p, 17, found) == 17);
-      auto expected = all.begin();
-      for (const int i : found) {
-        CHECK(i == expected->second);
-        ++expected;
-      }
-    }
-  }
-  const std::vector<dvec3> points = {{0, 0, 0}, {1, 0, 0}};
-  const bvh tree = make_point_bvh(points);
-  std::vector<int> found(5);
-  CHECK(nearest_neighbors(tree, {0.9, 0, 0}, 5, found) == 2);
-  CHECK(found[0] == 1);
-  CHECK(nearest_neighbors(tree, {1e30, 0, 0}, 1, found) == 1);
-  CHECK(nearest_neighbors(tree, {0, 0, 0}, 0, found) == 0);
-  CHECK(nearest_neighbors(tree, {std::nan(""), 0, 0}, 5, found) == 0);
-  CHECK(nearest_neighbors(bvh(), {0, 0, 0}, 5, found) == 0);
-  CHECK_THROWS_AS(nearest_neighbors(tree, {0, 0, 0}, 6, found), std::invalid_argument);
-  CHECK_THROWS_AS(nearest_neighbors(tree, {0, 0, 0}, -1, found), std::invalid_argument);
-  const mesh m = make_torus(10, 8);
-  const bvh triangles = make_bvh(m.triangles, m.positions);
-  CHECK_THROWS_AS(nearest_neighbors(triangles, {0, 0, 0}, 1, found), std::invalid_argument);
 }

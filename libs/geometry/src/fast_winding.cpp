@@ -49,8 +49,6 @@ double evaluate(const fast_winding_data& fast, const dvec3& x, float beta2) {
   q.p = p;
   q.beta2 = beta2;
   q.sum = 0;
-  q.stack[0] = 0;
-  q.top = 1;
   run_fast_winding(q);
   return q.sum;
 }
@@ -169,7 +167,11 @@ void fast_winding_numbers(const fast_winding& fast, std::span<const dvec3> point
   const float beta2 = beta2_of(beta);
   constexpr std::size_t grain = 256;
   std::vector<uint32_t> order;
-  if (points.size() >= grain && points.size() < 0xffffffffu) order = spatial_order(points, threads);
+  // to sort the points takes longer than it saves where caches hold most of the tree
+  constexpr std::size_t large = std::size_t{1} << 21;
+  if (fast.bytes() > large && points.size() >= grain && points.size() < 0xffffffffu) {
+    order = spatial_order(points, threads);
+  }
   const std::size_t groups = (points.size() + grain - 1) / grain;
   parallel_for(groups, threads, [&](std::size_t g) {
     const std::size_t last = std::min((g + 1) * grain, points.size());

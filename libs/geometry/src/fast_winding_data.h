@@ -47,11 +47,9 @@ struct fast_query {
   dvec3 p;  // normalized
   float beta2;
   double sum;
-  std::size_t top;
-  uint32_t stack[stack_size];
 };
 
-// The vector code: adds up what is in the stack.
+// The vector code: adds up what the tree holds.
 void run_fast_winding(fast_query& q);
 
 // Half the solid angle of a triangle in double, p normalized.

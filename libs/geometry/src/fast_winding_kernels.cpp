@@ -152,14 +152,37 @@ HWY_INLINE floats dipoles(const bvh_leaf& leaf, const eight_floats* areas, std::
   return hn::IfThenElseZero(hn::Gt(d2, hn::Set(d, 1e-18f)), hn::Mul(along, hn::Mul(inv, inv)));
 }
 
-// A point's way through a large mesh waits for memory more than for anything else.
-template <std::size_t stride>
-HWY_INLINE void prefetch(const eight_floats* rows, const bvh_leaf* leaves, uint32_t child) {
-  const bool is_node = (child & bvh_leaf_bit) == 0;
-  const char* const p = is_node ? reinterpret_cast<const char*>(rows + child * stride)
-                                : reinterpret_cast<const char*>(leaves + (child & ~bvh_leaf_bit));
-  const std::size_t size = is_node ? stride * sizeof(eight_floats) : sizeof(bvh_leaf);
-  for (std::size_t i = 0; i < size; i += 64) hwy::Prefetch(p + i);
+// Nodes wait in a queue rather than on a stack: the next ones are then known long before
+// they are needed, so that a processor works on several at once. What a queue may have to
+// hold grows with the tree; once it is full it is used as a stack, from its end, which
+// needs no more room than stack_size. Leaves wait apart, so that what to do next need not
+// be guessed.
+struct waiting_parts {
+  static constexpr std::size_t queue_size = 256, leaves_size = 64;
+  std::size_t head = 0, tail = 0, leaf_count = 0;
+  // stores are of whole vectors
+  uint32_t nodes[queue_size + stack_size + bvh_width];
+  uint32_t leaves[leaves_size + 2 * bvh_width];
+
+  HWY_INLINE bool has_node() const { return head < tail; }
+  HWY_INLINE bool has_room() const { return leaf_count < leaves_size; }
+  HWY_INLINE uint32_t next() { return tail < queue_size ? nodes[head++] : nodes[--tail]; }
+  HWY_INLINE void add(hn::Vec<hn::RebindToUnsigned<lanes>> children, hn::Mask<lanes> open) {
+    const hn::RebindToUnsigned<lanes> du;
+    const hn::RebindToSigned<lanes> di;
+    const auto chosen = hn::RebindMask(du, open);
+    const auto leaf = hn::RebindMask(du, hn::Lt(hn::BitCast(di, children), hn::Zero(di)));
+    const auto open_nodes = hn::AndNot(leaf, chosen), open_leaves = hn::And(leaf, chosen);
+    hn::StoreU(hn::Compress(children, open_nodes), du, nodes + tail);
+    tail += hn::CountTrue(du, open_nodes);
+    hn::StoreU(hn::Compress(children, open_leaves), du, leaves + leaf_count);
+    leaf_count += hn::CountTrue(du, open_leaves);
+  }
+};
+
+HWY_INLINE void prefetch(const bvh_leaf& leaf) {
+  const char* const p = reinterpret_cast<const char*>(&leaf);
+  for (std::size_t i = 0; i < sizeof(bvh_leaf); i += 64) hwy::Prefetch(p + i);
 }
 
 template <int order, bool points>
@@ -170,34 +193,32 @@ HWY_INLINE void add_all(fast_query& q) {
   const bvh_data& data = *fast.tree.data();
   constexpr std::size_t stride = rows_of(order);
   const eight_floats* HWY_RESTRICT const rows = fast.rows.data();
-  const bvh_leaf* HWY_RESTRICT const leaves = data.leaves.data();
   const floats px = hn::Set(d, static_cast<float>(q.p.x));
   const floats py = hn::Set(d, static_cast<float>(q.p.y));
   const floats pz = hn::Set(d, static_cast<float>(q.p.z));
   const floats beta2 = hn::Set(d, q.beta2);
   constexpr double turn = 6.283185307179586477;
-  std::size_t top = q.top;
+  waiting_parts waiting;
+  waiting.nodes[waiting.tail++] = 0;
   double sum = 0;  // of what has been taken from the lanes
-  while (top > 0) {
+  while (waiting.has_node()) {
     floats expanded = hn::Zero(d), angles = hn::Zero(d);
     // floats add up little enough before they lose digits
-    for (int turns = 0; turns < 256 && top > 0; ++turns) {
-      const uint32_t child = q.stack[--top];
-      if ((child & bvh_leaf_bit) == 0) {
-        const eight_floats* const node = rows + child * stride;
-        for (std::size_t i = 0; i < bvh_width; i += hn::Lanes(d)) {
-          hn::Mask<lanes> open;
-          expanded = hn::Add(expanded, expand<order>(node, i, px, py, pz, beta2, open));
-          const auto children = hn::BitCast(du, hn::Load(d, node[row_child].v + i));
-          hn::StoreU(hn::Compress(children, hn::RebindMask(du, open)), du, q.stack + top);
-          const std::size_t before = top;
-          top += hn::CountTrue(d, open);
-          for (std::size_t k = before; k < top; ++k) prefetch<stride>(rows, leaves, q.stack[k]);
-        }
-        continue;
+    for (int turns = 0; turns < 256 && waiting.has_node() && waiting.has_room(); ++turns) {
+      const eight_floats* const node = rows + waiting.next() * stride;
+      for (std::size_t i = 0; i < bvh_width; i += hn::Lanes(d)) {
+        hn::Mask<lanes> open;
+        expanded = hn::Add(expanded, expand<order>(node, i, px, py, pz, beta2, open));
+        waiting.add(hn::BitCast(du, hn::Load(d, node[row_child].v + i)), open);
       }
-      const uint32_t index = child & ~bvh_leaf_bit;
-      const bvh_leaf& leaf = leaves[index];
+    }
+    const std::size_t count = waiting.leaf_count;
+    const auto index_of = [&](std::size_t k) { return waiting.leaves[k] & ~bvh_leaf_bit; };
+    for (std::size_t k = 0; k < count; ++k) {
+      // of a large mesh, memory takes longer than what is done with it
+      if (k + 2 < count) prefetch(data.leaves[index_of(k + 2)]);
+      const uint32_t index = index_of(k);
+      const bvh_leaf& leaf = data.leaves[index];
       for (std::size_t i = 0; i < bvh_width; i += hn::Lanes(d)) {
         if constexpr (points) {
           expanded = hn::Add(expanded, dipoles(leaf, &fast.areas[3 * index], i, px, py, pz));
@@ -212,11 +233,11 @@ HWY_INLINE void add_all(fast_query& q) {
         }
       }
     }
+    waiting.leaf_count = 0;
     sum += static_cast<double>(hn::GetLane(hn::SumOfLanes(d, expanded))) +
            static_cast<double>(hn::GetLane(hn::SumOfLanes(d, angles))) / turn;
   }
-  q.top = 0;
-  q.sum += sum;
+  q.sum = sum;
 }
 
 void add_fast_winding(fast_query& q) {

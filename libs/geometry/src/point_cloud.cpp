@@ -108,11 +108,18 @@ struct polygon {
 
 constexpr int disc_corners = 24;
 
+// Zero where there is none.
+dvec3 unit_normal(const dvec3& n) {
+  const double size = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
+  if (!is_finite(n) || size == 0) return {0, 0, 0};
+  return glm::normalize(n / size);
+}
+
 // Normalized.
-double cell_area(const bvh_data& data, std::span<const dvec3> points, std::size_t point,
-                 const dvec3& normal, std::span<const neighbor> near, polygon& cell) {
-  const double size = std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
-  const dvec3 n = glm::normalize(normal / size);
+double cell_area(const bvh_data& data, std::span<const dvec3> points,
+                 std::span<const dvec3> normals, std::size_t point, std::span<const neighbor> near,
+                 polygon& cell) {
+  const dvec3 n = unit_normal(normals[point]);
   const dvec3 across = std::abs(n.x) < 0.6 ? dvec3{1, 0, 0} : dvec3{0, 1, 0};
   const dvec3 u = glm::normalize(glm::cross(n, across)), v = glm::cross(n, u);
   double farthest2 = 0;
@@ -128,12 +135,15 @@ double cell_area(const bvh_data& data, std::span<const dvec3> points, std::size_
     cell.corners.push_back(radius * dvec2{std::cos(angle), std::sin(angle)});
   }
   for (const neighbor& o : near) {
-    if (static_cast<std::size_t>(o.index) == point) continue;
+    const auto other = static_cast<std::size_t>(o.index);
+    if (other == point) continue;
+    // the other side of something thin has cells of its own
+    if (glm::dot(n, unit_normal(normals[other])) < -0.5) continue;
     if (o.distance2 == 0) {
       ++together;
       continue;
     }
-    const dvec3 d = (points[static_cast<std::size_t>(o.index)] - points[point]) * data.scale;
+    const dvec3 d = (points[other] - points[point]) * data.scale;
     const dvec2 q{glm::dot(d, u), glm::dot(d, v)};
     // one straight above is of another sheet
     if (glm::dot(q, q) > 1e-4 * o.distance2) cell.clip(q);
@@ -180,7 +190,7 @@ std::vector<double> estimate_areas(const bvh& tree, std::span<const dvec3> point
       const dvec3& n = normals[i];
       if (!is_finite(n) || n == dvec3{0, 0, 0}) continue;
       find_neighbors(data, points[i], static_cast<std::size_t>(k) + 1, near);
-      areas[i] = cell_area(data, points, i, n, near, cell) * data.unit * data.unit;
+      areas[i] = cell_area(data, points, normals, i, near, cell) * data.unit * data.unit;
     }
   });
   return areas;

@@ -68,11 +68,17 @@ WISP_API fast_winding make_fast_winding(std::span<const dvec3> points,
 // nothing at all. Never allocates.
 //
 // A part of the surface is expanded where p is farther than beta times the part's radius
-// from its area-weighted centroid, from which that radius is measured. The default is
-// for errors below 0.0034 with order 3; with beta = 3 they are below 0.001. With orders
-// 2 and 1, whose first term left out has one sign all over a flat surface, they are ten
-// times larger and more: up to 0.04 and 0.06. They shrink about like beta^-5, beta^-2
-// and beta^-2; with infinity every triangle is computed by itself. Throws
+// from its area-weighted centroid, from which that radius is measured. The largest errors
+// at 400,000 points in the box of and near to each of three meshes of 70,000 and 1.1
+// million triangles, one of them open:
+//
+//   beta       1.5     2       2.35    3       4       6
+//   order 1    0.21    0.095   0.061   0.033   0.018   0.007
+//   order 2    0.13    0.052   0.036   0.021   0.011   0.0044
+//   order 3    0.032   0.007   0.0032  0.0011  0.0004  0.0002
+//
+// The first term that orders 1 and 2 leave out has one sign all over a flat surface, so
+// that errors add up. With infinity every triangle is computed by itself. Throws
 // std::invalid_argument for a beta that is not above 0; with one below 1 parts may be
 // expanded where their series do not converge.
 //
@@ -82,8 +88,8 @@ WISP_API fast_winding make_fast_winding(std::span<const dvec3> points,
 // to each other; at a point itself that point does not count.
 WISP_API double fast_winding_number(const fast_winding& fast, const dvec3& p, double beta = 2.35);
 
-// The same for each of `points`, on `threads` threads (0: all): in the order of a
-// space-filling curve, which is faster where there are many. Throws
+// The same for each of `points`, on `threads` threads (0: all): of a large mesh in the
+// order of a space-filling curve, which is faster. Throws
 // std::invalid_argument for spans of different sizes.
 WISP_API void fast_winding_numbers(const fast_winding& fast, std::span<const dvec3> points,
                                    std::span<double> results, double beta = 2.35, int threads = 1);

@@ -22,8 +22,10 @@ WISP_API int nearest_neighbors(const bvh& points, const dvec3& p, int k, std::sp
 // its k nearest neighbours (>= 3), all projected to the plane of its normal (Barill et
 // al., Fast Winding Numbers for Soups and Clouds, 2018, section 4.2). A cell ends where
 // other points than these could bound it, or else those at the edge of an open surface
-// would have none. Points at one place share its cell. 0 for a point that is not finite
-// or whose normal is not finite or zero, and where all k neighbours are at the point.
+// would have none. Neighbours whose normals point away, by more than 120 degrees, are of
+// the other side of something thin and bound nothing. Points at one place share its cell.
+// 0 for a point that is not finite or whose normal is not finite or zero, and where all k
+// neighbours are at the point.
 // Throws std::invalid_argument where the sizes differ or k is below 3.
 WISP_API std::vector<double> estimate_areas(std::span<const dvec3> points,
                                             std::span<const dvec3> normals, int k = 12,
