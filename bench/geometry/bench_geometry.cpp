@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -54,9 +55,10 @@ mesh_data make_ball(int n) {
       const double theta = 3.14159265358979 * j / rows, phi = 6.28318530717959 * i / columns;
       const double bump = 0.08 * std::sin(7 * theta) * std::cos(5 * phi) +
                           0.015 * std::sin(31 * theta) * std::cos(29 * phi);
-      const double r = 1 + bump * std::sin(theta);
-      m.positions.push_back(r * dvec3{std::sin(theta) * std::cos(phi), std::cos(theta),
-                                      std::sin(theta) * std::sin(phi)});
+      // the poles are one point, or the ball would be open there
+      const double ring = j == 0 || j == rows ? 0 : std::sin(theta);
+      const double r = 1 + bump * ring;
+      m.positions.push_back(r * dvec3{ring * std::cos(phi), std::cos(theta), ring * std::sin(phi)});
     }
   }
   for (int j = 0; j < rows; ++j) {
@@ -100,11 +102,11 @@ std::vector<point_set> make_points(const mesh_data& m, const bvh& tree, const st
   rng_state rng = make_rng(1);
   const dvec3 low = tree.min(), size = tree.max() - low;
   const auto random = [&] { return rand1d(rng); };
-  while (sets[0].points.size() < 200000) {
+  while (sets[0].points.size() < 50000) {
     const double x = random(), y = random(), z = random();
     sets[0].points.push_back(low + size * dvec3{x, y, z});
   }
-  while (sets[1].points.size() < 200000) {
+  while (sets[1].points.size() < 50000) {
     const ivec3 t = m.triangles[rand_index(rng, static_cast<uint32_t>(m.triangles.size()))];
     const auto at = [&](int i) { return m.positions[static_cast<std::size_t>(i)]; };
     double u = random(), v = random();
@@ -154,6 +156,7 @@ void measure(const mesh_data& m, const std::string& path) {
       line += fmt::format(" {:.3g} |", static_cast<double>(s.points.size()) / seconds / 1e6);
     }
     fmt::print("{}\n", line);
+    std::fflush(stdout);
   };
   using points = std::vector<dvec3>;
   std::vector<closest_point_result> found(sets[0].points.size());
