@@ -175,7 +175,7 @@ void build_moments(fast_winding_data& fast, const std::vector<dvec3>& areas, int
     return slot_range{leaf.first, leaf.first + leaf.count};
   };
 
-  // Leaves, and for now the sums of a node's leaves about their centroid.
+  // Leaves, and at first the sums of a node's leaves about their centroid.
   parallel_for(
       count, threads,
       [&](std::size_t n) {
