@@ -45,9 +45,10 @@ inline bool contains(const dbox3& b, const dvec3& p) {
          p.z <= b.max.z;
 }
 // 0 inside; infinite for an empty box.
-inline double distance(const dbox3& b, const dvec3& p) {
+inline double distance_squared(const dbox3& b, const dvec3& p) {
   const dvec3 d = glm::max(glm::max(b.min - p, p - b.max), dvec3{0});
-  return std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
+  return d.x * d.x + d.y * d.y + d.z * d.z;
 }
+inline double distance(const dbox3& b, const dvec3& p) { return std::sqrt(distance_squared(b, p)); }
 
 }  // namespace wisp

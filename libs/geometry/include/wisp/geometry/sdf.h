@@ -20,12 +20,20 @@
 //   offset by r >= 0             as its operand         no (r > 0)
 //   offset by r < 0              no                     as its operand
 //   transform                    as its operand, for rotations, reflections and
-//                                uniform scale; else no
+//                                uniform scale (to 1e-12); else no
 //   smooth operations            no                     no
-//   function                     as its maker says      as its maker says
+//   leaf, function               as its maker says      as its maker says
 //
-// Unions of many operands keep a tree over their boxes, so that evaluation looks
-// only at those that can matter.
+// Outside of its bounds a value is no less than the distance from them. Where a value
+// is a bound only, the sign is right, and an offset grows or shrinks the solid by no
+// less than asked for. Where parts of a union touch, or of what is cut out, values are
+// 0 on what they share, within the solid: a ball around it is safe, and of radius 0.
+//
+// Unions of many operands, and differences of many, keep a tree over their boxes, so
+// that evaluation looks only at those that can matter. Unions of unions are one, and
+// chains of transforms, offsets and complements too. Solids may be nested as deep as
+// memory permits. Values and differences of them are rounded in the last digits of the
+// coordinates.
 
 #include <functional>
 #include <memory>
@@ -65,18 +73,19 @@ WISP_API sdf_properties properties(const sdf& solid);
 class WISP_API sdf_leaf_base {
  public:
   virtual ~sdf_leaf_base();
-  // The signed distance of p, or a lower bound of it of the right sign, 1-Lipschitz.
-  // Where its absolute value is above `within`, any value of the right sign with an
-  // absolute value from `within` to that of the distance will do.
+  // The signed distance of p, or a lower bound of it of the right sign. Where its
+  // absolute value is above `within`, any value of the right sign with an absolute
+  // value from `within` to that of the distance will do. |distance(p) - distance(q)|
+  // <= properties().lipschitz |p - q|; values are divided by that.
   virtual double distance(const dvec3& p, double within) const = 0;
   // The direction in which the distance grows, of unit length; central differences
-  // if not overridden.
+  // that suit the bounds if not overridden.
   virtual dvec3 gradient(const dvec3& p) const;
   virtual sdf_properties properties() const = 0;
 };
 
 // All throw std::invalid_argument for numbers that are not finite and for parameters
-// out of range, and std::length_error for solids nested more than 1000 deep.
+// out of range.
 WISP_API sdf sdf_empty();
 WISP_API sdf sdf_sphere(const dvec3& center, double radius);          // radius > 0
 WISP_API sdf sdf_box(const dvec3& center, const dvec3& half);         // half > 0
@@ -88,9 +97,10 @@ WISP_API sdf sdf_cylinder(const dvec3& a, const dvec3& b, double radius);  // fl
 WISP_API sdf sdf_cone(const dvec3& a, const dvec3& b, double radius_a,     // flat caps
                       double radius_b);
 WISP_API sdf sdf_plane(const dvec3& point, const dvec3& normal);  // inside behind it
-// The distance by bisection (Eberly, Distance from a Point to an Ellipse, an
-// Ellipsoid, or a Hyperellipsoid, 2013), which meets every ellipsoid.
-WISP_API sdf sdf_ellipsoid(const dvec3& center, const dvec3& radii);  // radii > 0
+// The distance as in Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a
+// Hyperellipsoid (2013), by a Newton iteration that cannot fail. radii > 0, within a
+// factor of 1e9 of each other.
+WISP_API sdf sdf_ellipsoid(const dvec3& center, const dvec3& radii);
 WISP_API sdf sdf_leaf(std::shared_ptr<const sdf_leaf_base> leaf);
 // A function f with |f(p) - f(q)| <= lipschitz |p - q|, negative inside; its values are
 // divided by lipschitz. `bounds` holds the solid. `exact`: f / lipschitz is the
@@ -116,32 +126,42 @@ WISP_API sdf sdf_offset(const sdf& of, double by);  // grown by, or shrunk where
 WISP_API sdf sdf_complement(const sdf& of);
 
 // The value at p; +infinity for an empty solid; NaN where p is not finite. Cost: a
-// primitive takes about 10 ns, an ellipsoid 500.
+// primitive takes 3 to 40 ns, an ellipsoid 130. No memory is asked for, but for a
+// smooth operation where more than 32 operands meet within the blend, and for solids
+// nested more than 64 deep.
 WISP_API double signed_distance(const sdf& solid, const dvec3& p);
 // The same where it lies in [low, high]; otherwise what is returned lies between the
 // nearer of the two and the value. Cheaper, as parts that cannot matter are left out.
 WISP_API double signed_distance(const sdf& solid, const dvec3& p, double low, double high);
 
-// The unit normal of the level set at p: of the operand that decides, by central
-// differences in its primitive. Zero where there is none (an empty solid; the center
-// of a sphere may give any).
+// The radius of a ball around p that holds no surface: |value|, 0 where that is NaN.
+WISP_API double distance_bound(const sdf& solid, const dvec3& p);
+
+// The unit normal of the level set at p, outward: of the operand that decides, by its
+// primitive's formula, or by central differences for functions and for solids nested
+// more than 64 deep. Zero where there is none (an empty solid); any where there are
+// several (the center of a sphere).
 WISP_API dvec3 gradient(const sdf& solid, const dvec3& p);
 
 // A point of the surface near p, found by following the gradient as sphere tracing
 // follows a ray.
 struct sdf_surface_point {
   dvec3 point = {0, 0, 0};
-  double distance = 0;  // of p from it
-  double residual = 0;  // |value| at it
+  double distance = 0;   // of p from it
+  double residual = 0;   // |value| at it
+  double bound = 0;      // |value| at p: no surface is nearer
+  bool closest = false;  // distance is bound, within the tolerance: none is closer
 };
 struct project_options {
-  double tolerance = 1e-9;  // of the residual, as a part of the distance and the size
+  double tolerance = 1e-9;  // of the residual, as a part of the distance and the size; (0, 1)
   int max_steps = 256;
 };
-// None where it does not land: from a point where the gradient vanishes, or where
-// steps run in circles between surfaces. For an exact value this is the closest point
-// of the surface; for a bound it is a point of the surface, and p's distance from it
-// an upper bound.
+// None where it does not land on a surface: from a point where the gradient vanishes,
+// where steps run in circles between surfaces, or where the value vanishes but has one
+// sign on both sides. For an exact value this is the closest point of the surface, but
+// next to where several are equally close; for a bound it is a point of the surface,
+// and p's distance from it an upper bound. Throws std::invalid_argument for options out
+// of range.
 WISP_API std::optional<sdf_surface_point> project(const sdf& solid, const dvec3& p,
                                                   const project_options& options = {});
 
