@@ -58,7 +58,7 @@ TEST_CASE("geometry: a distance grid bounds the distance of any point") {
 TEST_CASE("geometry: a distance grid takes what it is asked for and no more") {
   const bvh tree = make_soup(10, 1, {0, 0, 0}, 0.2);
   const distance_grid grid(tree, {.resolution = 32, .margin = 0});
-  CHECK(grid.cells() > 16 * 16 * 16);
+  CHECK(grid.levels() == 1);
   CHECK(grid.filled() == 0);
   const dvec3 p = (tree.min() + tree.max()) / 2.0;
   bound_distance(grid, p, 0.2);
@@ -90,7 +90,7 @@ TEST_CASE("geometry: threads that share a distance grid get what one gets") {
 
 TEST_CASE("geometry: a distance grid over nothing or over one point is the tree") {
   const distance_grid none(make_point_bvh({}));
-  CHECK(none.cells() == 0);
+  CHECK(none.levels() == 0);
   CHECK(std::isinf(bound_distance(none, {0, 0, 0}, 0.2).lower));
   const std::vector<dvec3> one = {{1, 2, 3}};
   const distance_grid grid(make_point_bvh(one));
@@ -100,4 +100,32 @@ TEST_CASE("geometry: a distance grid over nothing or over one point is the tree"
   CHECK(bound_distance(grid, {NAN, 0, 0}, 0.2).lower == 0);
   CHECK_THROWS_AS(distance_grid(make_point_bvh(one), {.resolution = 0}), std::invalid_argument);
   CHECK_THROWS_AS(distance_grid(make_point_bvh(one), {.margin = -1}), std::invalid_argument);
+}
+
+TEST_CASE("geometry: many bounds of a distance grid are those of one at a time") {
+  const bvh tree = make_soup(60, 1, {3, 0, 0}, 0.1);
+  const distance_grid grid(tree, {.resolution = 512}), other(tree, {.resolution = 512});
+  CHECK(grid.levels() == 3);
+  std::vector<dvec3> points;
+  rng_state rng = make_rng(4);
+  for (int i = 0; i < 3000; ++i) points.push_back(dvec3{3, 0, 0} + random_point(rng, 1.5));
+  points.push_back({NAN, 0, 0});
+  std::vector<double> bounds(points.size(), -1);
+  for (const double tolerance : {0.1, 0.5}) {
+    grid.lower_bounds(points, bounds, tolerance);
+    int found = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      REQUIRE(bounds[i] == other.lower_bound(points[i], tolerance));
+      const double d = closest_point(tree, points[i]).distance;
+      if (bounds[i] == 0) continue;
+      ++found;
+      REQUIRE(bounds[i] <= d);
+      REQUIRE(bounds[i] >= (1 - tolerance) * d);
+    }
+    CHECK(found > 1500);
+  }
+  CHECK(bounds.back() == 0);
+  CHECK(grid.bytes() > 4 * grid.filled());
+  CHECK_THROWS_AS(grid.lower_bounds(points, std::span<double>(bounds).first(2), 0.5),
+                  std::invalid_argument);
 }

@@ -12,6 +12,7 @@
 
 #include "query.h"
 #include "wisp/core/parallel.h"
+#include "wisp/geometry/spatial_order.h"
 
 namespace wisp {
 

@@ -8,6 +8,7 @@
 
 #include "finish.h"
 #include "wisp/core/parallel.h"
+#include "wisp/geometry/spatial_order.h"
 #include "wisp/geometry/closest_point.h"
 
 namespace wisp {

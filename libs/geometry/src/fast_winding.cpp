@@ -7,6 +7,7 @@
 
 #include "fast_winding_data.h"
 #include "wisp/core/parallel.h"
+#include "wisp/geometry/spatial_order.h"
 #include "wisp/geometry/point_cloud.h"
 
 namespace wisp {

@@ -98,9 +98,6 @@ int run_any(nearest_query& q, float surely);
 void run_all_nearest(const query_source<nearest_query>& source, bool with_tolerance);
 void run_all_bounds(const query_source<bounds_query>& source);
 
-// The order of `points` along a Morton curve.
-std::vector<uint32_t> spatial_order(std::span<const dvec3> points, int threads);
-
 inline float margin_of(const vec3& p) {
   const float size = std::max({1.0f, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   return 32 * bvh_ulp * size;

@@ -8,6 +8,7 @@
 #include "query.h"
 #include "sdf_node.h"
 #include "wisp/core/parallel.h"
+#include "wisp/geometry/spatial_order.h"
 
 namespace wisp {
 

@@ -1,11 +1,11 @@
-// Queries that follow one another in space find in the caches what the last one
-// needed.
+#include "wisp/geometry/spatial_order.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
-#include "query.h"
 #include "wisp/core/parallel.h"
 
 namespace wisp {
@@ -53,14 +53,21 @@ std::vector<uint32_t> spatial_order(std::span<const dvec3> points, int threads) 
         keys[i] = {code, static_cast<uint32_t>(i)};
       },
       4096);
-  // three passes of a radix sort: the high 33 bits are order enough
+  // A radix sort: the high bits are order enough, fewer of them where there are few points.
+  const bool few = keys.size() < 4096;
+  const int bits = few ? 8 : 11, passes = few ? 2 : 3;
+  const std::size_t buckets = std::size_t{1} << bits;
   std::vector<key> sorted(keys.size());
-  for (int pass = 0; pass < 3; ++pass) {
-    const int shift = 30 + 11 * pass;
-    std::array<std::size_t, 2049> first = {};
-    for (const key& k : keys) ++first[(k.code >> shift & 2047) + 1];
+  std::vector<std::size_t> first(buckets + 1);
+  for (int pass = 0; pass < passes; ++pass) {
+    const int shift = 63 - bits * (passes - pass);
+    const auto digit = [&](const key& k) {
+      return static_cast<std::size_t>(k.code >> shift) & (buckets - 1);
+    };
+    std::fill(first.begin(), first.end(), 0);
+    for (const key& k : keys) ++first[digit(k) + 1];
     std::partial_sum(first.begin(), first.end(), first.begin());
-    for (const key& k : keys) sorted[first[k.code >> shift & 2047]++] = k;
+    for (const key& k : keys) sorted[first[digit(k)]++] = k;
     keys.swap(sorted);
   }
   std::vector<uint32_t> order(keys.size());
