@@ -1,0 +1,131 @@
+#pragma once
+
+// Boundary value problems in three dimensions. The sign is that of
+//
+//   Laplace            lap u = 0
+//   Poisson            lap u = f
+//   screened Poisson   lap u - c u = f,  c >= 0
+//   biharmonic         lap lap u = 0
+//
+// with u = g on the boundary and, for the biharmonic equation, lap u = h there. A
+// positive source pulls u down. Positions, shells and distances are in the units of the
+// domain.
+//
+// All is in double: walks divide distances by one another over many orders of
+// magnitude, and Green's functions of stiff equations span hundreds of them.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "wisp/core/export.h"
+#include "wisp/core/math.h"
+#include "wisp/pde/domain.h"
+
+namespace wisp {
+
+// Data of up to four channels that share their walks: a number, a vector, a colour.
+// Channels beyond those of a problem are 0.
+inline constexpr int max_channels = 4;
+
+namespace pde_detail {
+inline dvec4 to_channels(double v) { return {v, 0, 0, 0}; }
+inline dvec4 to_channels(const dvec2& v) { return {v, 0, 0}; }
+inline dvec4 to_channels(const dvec3& v) { return {v, 0}; }
+inline dvec4 to_channels(const dvec4& v) { return v; }
+}  // namespace pde_detail
+
+// A function on the boundary: of a position or of a boundary_point, with one to four
+// numbers as its value (double, dvec2, dvec3, dvec4). It is called from many threads at
+// once.
+class boundary_field {
+ public:
+  boundary_field() = default;
+  template <typename F,
+            typename = std::enable_if_t<!std::is_same_v<std::decay_t<F>, boundary_field> &&
+                                        (std::is_invocable_v<F, const boundary_point&> ||
+                                         std::is_invocable_v<F, const dvec3&>)>>
+  boundary_field(F f)
+      : call_([f = std::move(f)](const boundary_point& p) {
+          if constexpr (std::is_invocable_v<F, const boundary_point&>) {
+            return pde_detail::to_channels(f(p));
+          } else {
+            return pde_detail::to_channels(f(p.position));
+          }
+        }) {}
+  explicit operator bool() const { return static_cast<bool>(call_); }
+  dvec4 operator()(const boundary_point& p) const { return call_(p); }
+
+ private:
+  std::function<dvec4(const boundary_point&)> call_ = {};
+};
+
+// The same in space.
+class space_field {
+ public:
+  space_field() = default;
+  template <typename F, typename = std::enable_if_t<!std::is_same_v<std::decay_t<F>, space_field> &&
+                                                    std::is_invocable_v<F, const dvec3&>>>
+  space_field(F f)
+      : call_([f = std::move(f)](const dvec3& p) { return pde_detail::to_channels(f(p)); }) {}
+  explicit operator bool() const { return static_cast<bool>(call_); }
+  dvec4 operator()(const dvec3& p) const { return call_(p); }
+
+ private:
+  std::function<dvec4(const dvec3&)> call_ = {};
+};
+
+enum struct pde_equation { laplace, poisson, screened_poisson, biharmonic };
+
+// Sources that are added to f. Parts outside of the domain have no effect.
+struct point_source {
+  dvec3 position = {0, 0, 0};
+  dvec4 strength = {1, 0, 0, 0};  // f = strength * delta
+};
+struct curve_source {
+  std::vector<dvec3> points = {};  // joined by segments; two or more
+  dvec4 strength = {1, 0, 0, 0};   // for each unit of length
+};
+struct mesh_source {
+  std::vector<dvec3> positions = {};
+  std::vector<std::array<uint32_t, 3>> triangles = {};
+  dvec4 strength = {1, 0, 0, 0};  // for each unit of area
+};
+// Where the volumetric source is concentrated: some of its samples are drawn there,
+// combined with those of the Green's function by the balance heuristic. Changes the
+// variance alone.
+struct source_peak {
+  dvec3 center = {0, 0, 0};
+  double radius = 1;  // standard deviation of a Gaussian, > 0
+  double weight = 1;  // relative to other peaks, > 0
+};
+
+struct pde_problem {
+  pde_domain domain = {};
+  pde_equation equation = pde_equation::laplace;
+  double screening = 0;  // c >= 0, of the screened Poisson equation
+  int channels = 1;      // 1 to max_channels
+
+  boundary_field boundary = {};            // g; needed
+  boundary_field boundary_laplacian = {};  // h; needed by the biharmonic equation
+  space_field source = {};                 // f; none is 0. Poisson and screened Poisson
+  std::vector<point_source> point_sources = {};
+  std::vector<curve_source> curve_sources = {};
+  std::vector<mesh_source> mesh_sources = {};
+  std::vector<source_peak> source_peaks = {};
+
+  // What u tends to far away from a bounded boundary, in exterior problems. 0 for
+  // screened problems with c > 0, which tend to nothing else.
+  dvec4 infinity = {0, 0, 0, 0};
+};
+
+// Throws std::invalid_argument, in a sentence, for a problem that is not one: an empty
+// domain, no boundary values, c < 0 or not finite, sources of an equation that has none,
+// an exterior biharmonic problem, numbers that are not finite.
+WISP_API void check_problem(const pde_problem& problem);
+
+}  // namespace wisp

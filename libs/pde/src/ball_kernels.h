@@ -1,0 +1,63 @@
+#pragma once
+
+// What values on the sphere of a ball, and a source in it, are worth at a point that is
+// not the center. For c = 0 these have closed forms; for screened equations, and for the
+// Laplacian of biharmonic ones, they are series in Legendre polynomials, which fall at
+// least like (r / R)^l and are cut off below 1e-10 of the first term.
+
+#include <array>
+
+#include "wisp/core/math.h"
+
+namespace wisp {
+
+enum struct ball_kernel_type { harmonic, screened, biharmonic };
+
+// Terms that series of points within 0.6 R may need.
+inline constexpr int series_terms = 64;
+using series_array = std::array<double, series_terms + 1>;
+
+// A ball of radius R around the origin; k is the square root of the screening.
+struct kernel_ball {
+  ball_kernel_type type = ball_kernel_type::harmonic;
+  double R = 1, k = 0;
+  // Screened: i_l / i_(l - 1) and k_l / k_(l - 1) of modified spherical Bessel functions
+  // at k R, from l = 1.
+  series_array rise = {}, fall = {};
+
+  kernel_ball() = default;
+  kernel_ball(ball_kernel_type type, double R, double k);
+};
+
+// A point y of it, |y| <= 0.6 R.
+class ball_kernels {
+ public:
+  ball_kernels(const kernel_ball& ball, const dvec3& y);
+
+  // u(y) = mean over nu of value(nu) u(R nu) - ... The mean of value is value_mean(), and
+  // that of value(nu) nu is value_slope() y.
+  double value(const dvec3& nu) const;
+  double value_mean() const { return mean_; }
+  double value_slope() const { return slope_; }
+  // Biharmonic: u(y) = ... - mean of laplacian(nu) lap u(R nu).
+  double laplacian(const dvec3& nu) const;
+  // Green's function for a source at z, |z| < R; z != y.
+  double greens(const dvec3& z) const;
+  // Its integral over the ball.
+  double greens_mass() const { return mass_; }
+
+ private:
+  double series(double cosine) const;
+  double cosine_of(const dvec3& nu) const { return r_ > 0 ? glm::dot(y_, nu) / r_ : 0; }
+
+  const kernel_ball& ball_;
+  dvec3 y_;
+  double r_, mean_ = 1, slope_ = 0, mass_ = 0;
+  // Screened: (2 l + 1) i_l(k r) / i_l(k R). Biharmonic, for the Laplacian:
+  // (2 l + 1) (R^2 - r^2) / (2 (2 l + 3)) (r / R)^l.
+  series_array terms_;
+  int count_ = 0;
+  series_array rise_;  // i_l / i_(l - 1) at k r
+};
+
+}  // namespace wisp
