@@ -55,19 +55,21 @@ TEST_CASE("pde: sections with shared walks are as far off as they say") {
   for (const shared_case& c : cases()) {
     CAPTURE(c.name);
     const section_grid grid =
-        make_section_grid(c.problem.domain, {.origin = {0, 0, 0.05}, .resolution = 40});
-    REQUIRE(grid.points.size() > 300);
+        make_section_grid(c.problem.domain, {.origin = {0, 0, 0.05}, .resolution = 24});
+    REQUIRE(grid.points.size() > 100);
     // few points of each of many runs, as errors of neighbours go together
     scores s;
-    for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
       section_options o;
-      o.solve.walks = 512;
+      o.solve.walks = 256;
       o.solve.epsilon = 1e-6;
       o.solve.seed = seed;
       const solution found = solve_section(c.problem, grid, o);
       REQUIRE(found.values.size() == grid.points.size());
-      for (std::size_t i = seed; i < grid.points.size(); i += 97) {
+      for (std::size_t i = seed; i < grid.points.size(); i += 29) {
         REQUIRE(found.values[i].status == point_status::ok);
+        // next to the boundary one walk in many goes far, and errors of few are not normal
+        if (c.problem.domain.clearance(grid.points[i], 0.1) < 0.03) continue;
         s.add(found.values[i].mean.x, found.values[i].standard_error.x, c.exact(grid.points[i]));
       }
     }
@@ -75,8 +77,9 @@ TEST_CASE("pde: sections with shared walks are as far off as they say") {
     CAPTURE(mean_score);
     CAPTURE(mean_square);
     CHECK(s.mean_is_right());
-    // points of a run are not independent
-    CHECK(s.squares / s.count < 1.6);
+    // Errors come from 16 passes (so that squares have a mean of 15 / 13), and points of a
+    // run are not independent.
+    CHECK(s.squares / s.count < 1.9);
     CHECK(s.squares / s.count > 0.6);
   }
 }

@@ -93,50 +93,106 @@ ball_kernels::ball_kernels(const kernel_ball& ball, const dvec3& y)
   }
 }
 
-double ball_kernels::series(double cosine) const {
-  // Bonnet's recurrence
-  double p0 = 1, p1 = cosine, sum = terms_[0];
+// Legendre polynomials of many cosines, by Bonnet's recurrence: in each step the loop
+// over the cosines is one of independent operations.
+struct ball_kernels::legendre {
+  using lanes = std::array<double, max_batch>;
+  lanes cosine = {}, p0, p1;
+  int l = 0;
+
+  legendre() {
+    p0.fill(1);
+    p1.fill(0);
+  }
+  void start() { p1 = cosine; }
+  // From P_l, P_(l + 1) to the next.
+  void next() {
+    ++l;
+    const double a = (2.0 * l + 1) / (l + 1.0), b = l / (l + 1.0);
+    for (std::size_t j = 0; j < max_batch; ++j) {
+      const double p2 = a * cosine[j] * p1[j] - b * p0[j];
+      p0[j] = p1[j];
+      p1[j] = p2;
+    }
+  }
+};
+
+void ball_kernels::series(std::span<const dvec3> nu, std::span<double> result) const {
+  legendre p;
+  for (std::size_t j = 0; j < nu.size(); ++j) p.cosine[j] = r_ > 0 ? glm::dot(y_, nu[j]) / r_ : 0;
+  p.start();
+  legendre::lanes sum;
+  sum.fill(terms_[0]);
   for (int l = 1; l < count_; ++l) {
-    sum += terms_[static_cast<std::size_t>(l)] * p1;
-    const double p2 = ((2 * l + 1) * cosine * p1 - l * p0) / (l + 1);
-    p0 = p1;
-    p1 = p2;
+    const double t = terms_[static_cast<std::size_t>(l)];
+    for (std::size_t j = 0; j < max_batch; ++j) sum[j] += t * p.p1[j];
+    p.next();
   }
-  return sum;
+  std::copy_n(sum.begin(), nu.size(), result.begin());
 }
 
-double ball_kernels::value(const dvec3& nu) const {
-  if (ball_.type == ball_kernel_type::screened) return series(cosine_of(nu));
-  return poisson_kernel(r_, glm::distance(y_, ball_.R * nu), ball_.R);
+void ball_kernels::values(std::span<const dvec3> nu, std::span<double> result) const {
+  if (ball_.type == ball_kernel_type::screened) return series(nu, result);
+  for (std::size_t j = 0; j < nu.size(); ++j) {
+    result[j] = poisson_kernel(r_, glm::distance(y_, ball_.R * nu[j]), ball_.R);
+  }
 }
 
-double ball_kernels::laplacian(const dvec3& nu) const { return series(cosine_of(nu)); }
+void ball_kernels::laplacians(std::span<const dvec3> nu, std::span<double> result) const {
+  series(nu, result);
+}
 
-double ball_kernels::greens(const dvec3& z) const {
-  const double R = ball_.R, k = ball_.k;
-  const double d = glm::distance(y_, z), b = glm::length(z), yz = glm::dot(y_, z);
-  if (ball_.type != ball_kernel_type::screened) {
-    const double mirrored = r_ * r_ * b * b - 2 * R * R * yz + R * R * R * R;
-    return std::max(1 / d - R / std::sqrt(std::max(mirrored, 0.0)), 0.0) / (4 * pi_d);
+void ball_kernels::greens(std::span<const dvec3> z, std::span<double> result) const {
+  if (ball_.type == ball_kernel_type::screened) return screened_greens(z, result);
+  const double R = ball_.R;
+  for (std::size_t j = 0; j < z.size(); ++j) {
+    const double b2 = glm::dot(z[j], z[j]), yz = glm::dot(y_, z[j]);
+    const double mirrored = r_ * r_ * b2 - 2 * R * R * yz + R * R * R * R;
+    const double far = R / std::sqrt(std::max(mirrored, 0.0));
+    result[j] = std::max(1 / glm::distance(y_, z[j]) - far, 0.0) / (4 * pi_d);
   }
-  // exp(-k d) / (4 pi d) - k / (4 pi) sum (2 l + 1) i_l(k r) i_l(k b) k_l(k R) / i_l(k R) P_l
-  const double x = k * R, a = k * r_, c = k * b;
+}
+
+// exp(-k d) / (4 pi d) - k / (4 pi) sum (2 l + 1) i_l(k r) i_l(k b) k_l(k R) / i_l(k R) P_l
+void ball_kernels::screened_greens(std::span<const dvec3> z, std::span<double> result) const {
+  const double R = ball_.R, k = ball_.k, x = k * R, a = k * r_;
   const auto i0_scaled = [](double t) { return t < 1e-8 ? 1 - t : -std::expm1(-2 * t) / (2 * t); };
-  double g = k * i0_scaled(a) * i0_scaled(c) / i0_scaled(x) * std::exp(a + c - 2 * x) / x;
-  const double cosine = r_ > 0 && b > 0 ? yz / (r_ * b) : 0;
-  const int count = std::min(terms_for(r_ * b / (R * R)), count_);
-  series_array rise_b;
-  rising_ratios(c, count, rise_b);
-  double p0 = 1, p1 = cosine, sum = g;
+  const double shared = k * i0_scaled(a) / i0_scaled(x) / x;
+  legendre p;
+  legendre::lanes c = {}, g = {}, sum = {}, rise = {};
+  double longest = 0;
+  for (std::size_t j = 0; j < z.size(); ++j) {
+    const double b = glm::length(z[j]);
+    longest = std::max(longest, b);
+    c[j] = k * b;
+    p.cosine[j] = r_ > 0 && b > 0 ? glm::dot(y_, z[j]) / (r_ * b) : 0;
+    sum[j] = g[j] = shared * i0_scaled(c[j]) * std::exp(a + c[j] - 2 * x);
+  }
+  p.start();
+  const int count = std::min(terms_for(r_ * longest / (R * R)), count_);
+  // i_l / i_(l - 1) at k b, downwards as in rising_ratios
+  std::array<legendre::lanes, series_terms + 1> rises;
+  const int start = count + 16;
+  for (std::size_t j = 0; j < max_batch; ++j) {
+    rise[j] = c[j] / (start + std::hypot(start + 0.5, c[j]));
+  }
+  for (int l = start - 1; l > 0; --l) {
+    for (std::size_t j = 0; j < max_batch; ++j) rise[j] = c[j] / (2 * l + 1 + c[j] * rise[j]);
+    if (l <= count) rises[static_cast<std::size_t>(l)] = rise;
+  }
   for (int l = 1; l < count; ++l) {
     const auto i = static_cast<std::size_t>(l);
-    g *= rise_[i] * rise_b[i] * ball_.fall[i] / ball_.rise[i];
-    sum += (2 * l + 1) * g * p1;
-    const double p2 = ((2 * l + 1) * cosine * p1 - l * p0) / (l + 1);
-    p0 = p1;
-    p1 = p2;
+    const double f = rise_[i] * ball_.fall[i] / ball_.rise[i];
+    for (std::size_t j = 0; j < max_batch; ++j) {
+      g[j] *= f * rises[i][j];
+      sum[j] += (2 * l + 1) * g[j] * p.p1[j];
+    }
+    p.next();
   }
-  return std::max(std::exp(-k * d) / d - sum, 0.0) / (4 * pi_d);
+  for (std::size_t j = 0; j < z.size(); ++j) {
+    const double d = glm::distance(y_, z[j]);
+    result[j] = std::max(std::exp(-k * d) / d - sum[j], 0.0) / (4 * pi_d);
+  }
 }
 
 }  // namespace wisp

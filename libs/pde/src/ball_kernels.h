@@ -6,6 +6,8 @@
 // least like (r / R)^l and are cut off below 1e-10 of the first term.
 
 #include <array>
+#include <cstddef>
+#include <span>
 
 #include "wisp/core/math.h"
 
@@ -15,6 +17,7 @@ enum struct ball_kernel_type { harmonic, screened, biharmonic };
 
 // Terms that series of points within 0.6 R may need.
 inline constexpr int series_terms = 64;
+inline constexpr std::size_t max_batch = 16;
 using series_array = std::array<double, series_terms + 1>;
 
 // A ball of radius R around the origin; k is the square root of the screening.
@@ -36,19 +39,21 @@ class ball_kernels {
 
   // u(y) = mean over nu of value(nu) u(R nu) - ... The mean of value is value_mean(), and
   // that of value(nu) nu is value_slope() y.
-  double value(const dvec3& nu) const;
+  // Of up to max_batch directions, or points, at once.
+  void values(std::span<const dvec3> nu, std::span<double> result) const;
   double value_mean() const { return mean_; }
   double value_slope() const { return slope_; }
   // Biharmonic: u(y) = ... - mean of laplacian(nu) lap u(R nu).
-  double laplacian(const dvec3& nu) const;
+  void laplacians(std::span<const dvec3> nu, std::span<double> result) const;
   // Green's function for a source at z, |z| < R; z != y.
-  double greens(const dvec3& z) const;
+  void greens(std::span<const dvec3> z, std::span<double> result) const;
   // Its integral over the ball.
   double greens_mass() const { return mass_; }
 
  private:
-  double series(double cosine) const;
-  double cosine_of(const dvec3& nu) const { return r_ > 0 ? glm::dot(y_, nu) / r_ : 0; }
+  struct legendre;
+  void series(std::span<const dvec3> nu, std::span<double> result) const;
+  void screened_greens(std::span<const dvec3> z, std::span<double> result) const;
 
   const kernel_ball& ball_;
   dvec3 y_;

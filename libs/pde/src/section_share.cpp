@@ -6,6 +6,7 @@
 #include "section_share.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <numeric>
@@ -30,13 +31,17 @@ struct ball {
   kernel_ball kernel = {};
 };
 
-// A walk from a point of a ball's sphere, and a sample of the source in the ball.
-struct record {
-  dvec3 nu = {0, 0, 0};
-  dvec4 u = {0, 0, 0, 0};          // at R nu from the center
-  dvec4 laplacian = {0, 0, 0, 0};  // biharmonic
-  source_sample volume = {};       // points relative to the center
-  source_sample element = {};
+// The walks of a ball in a pass: from points of its sphere, with samples of the source in
+// the ball. Positions are relative to the center.
+struct ball_records {
+  std::array<dvec3, max_batch> nu = {};
+  std::array<dvec4, max_batch> u = {};          // at R nu
+  std::array<dvec4, max_batch> laplacian = {};  // biharmonic
+};
+struct source_records {
+  std::array<dvec3, max_batch> point = {};
+  std::array<dvec4, max_batch> f = {};        // f / (density * samples); 0 where there is none
+  std::array<double, max_batch> weight = {};  // 1 / (density * samples)
 };
 
 class shared_solver {
@@ -70,6 +75,8 @@ class shared_solver {
   void place_points();
   void make_balls();
   bool run_pass(const std::vector<char>& wanted);
+  void keep(const source_sample& drawn, const dvec3& center, std::size_t j,
+            source_records& records) const;
   void walk_from_balls(std::span<const std::uint32_t> some);
   void gather(std::uint32_t point);
   double worst_error(std::size_t i) const;
@@ -91,7 +98,8 @@ class shared_solver {
   std::vector<ball> balls_;
   // The balls that serve point i: serving_[first_[i]] .. serving_[first_[i + 1] - 1].
   std::vector<std::uint32_t> first_, serving_;
-  std::vector<record> records_;
+  std::vector<ball_records> records_;
+  std::vector<source_records> volumes_, elements_;  // where there are such sources
   std::vector<ball_sums> ball_sums_;
   std::vector<point_sums> point_sums_;
   solution result_;
@@ -168,6 +176,14 @@ void shared_solver::make_balls() {
   ball_sums_.resize(balls_.size());
 }
 
+// Keeps a sample of the source in a ball around `center` for all points of the ball.
+void shared_solver::keep(const source_sample& drawn, const dvec3& center, std::size_t j,
+                         source_records& records) const {
+  records.point[j] = drawn.point - center;
+  records.weight[j] = drawn.density > 0 ? 1 / (drawn.density * static_cast<double>(sampled_)) : 0;
+  records.f[j] = records.weight[j] * drawn.f;
+}
+
 // Walks of one pass from the spheres of some balls.
 void shared_solver::walk_from_balls(std::span<const std::uint32_t> some) {
   std::vector<walk> walks;
@@ -180,18 +196,15 @@ void shared_solver::walk_from_balls(std::span<const std::uint32_t> some) {
     rng_state rng = make_rng(seed, ball_sums_[b].passes);
     block_directions(rng, directions);
     for (std::size_t j = 0; j < block_; ++j) {
-      record& r = records_[b * block_ + j];
-      r.nu = directions[j];
-      if (j < sampled_ && context_.sources.has_volume())
-        r.volume = context_.sources.draw_volume(at, R, rng);
-      if (j < sampled_ && context_.sources.has_elements())
-        r.element = context_.sources.draw_element(at, R, rng);
-      r.volume.point -= at;
-      r.element.point -= at;
+      records_[b].nu[j] = directions[j];
       walk w;
       w.rng = make_rng(~seed, ball_sums_[b].passes * block_ + j);
-      w.x = at + R * r.nu;
+      w.x = at + R * directions[j];
       walks.push_back(w);
+    }
+    for (std::size_t j = 0; j < sampled_; ++j) {
+      if (!volumes_.empty()) keep(context_.sources.draw_volume(at, R, rng), at, j, volumes_[b]);
+      if (!elements_.empty()) keep(context_.sources.draw_element(at, R, rng), at, j, elements_[b]);
     }
   }
   run_walks(context_, walks);
@@ -202,12 +215,11 @@ void shared_solver::walk_from_balls(std::span<const std::uint32_t> some) {
     ++sums.passes;
     for (std::size_t j = 0; j < block_; ++j) {
       const walk& w = walks[at++];
-      record& r = records_[b * block_ + j];
-      r.u = w.u;
-      r.laplacian = w.laplacian;
+      records_[b].u[j] = w.u;
+      records_[b].laplacian[j] = w.laplacian;
       sums.steps += w.steps + 1.0;
       sums.unfinished += w.unfinished;
-      sums.seen.add(w.u, r.nu);
+      sums.seen.add(w.u, records_[b].nu[j]);
     }
   }
 }
@@ -226,6 +238,7 @@ void shared_solver::gather(std::uint32_t point) {
   dvec4 total{0};
   double weights = 0;
   const double n = static_cast<double>(block_);
+  std::array<double, max_batch> kernels;
   for (std::uint32_t s = first_[point]; s < first_[point + 1]; ++s) {
     const std::uint32_t b = serving_[s];
     const double R = balls_[b].radius;
@@ -241,18 +254,30 @@ void shared_solver::gather(std::uint32_t point) {
         value[static_cast<int>(c)] += kernel.value_slope() * glm::dot(about.learned.slope[c], y);
       }
     }
+    const ball_records& r = records_[b];
+    const std::span<const dvec3> nu = std::span(r.nu).first(block_);
+    kernel.values(nu, kernels);
     for (std::size_t j = 0; j < block_; ++j) {
-      const record& r = records_[b * block_ + j];
-      const dvec4 rest = controlled ? r.u - about.learned.at(r.nu) : r.u;
-      value += kernel.value(r.nu) / n * rest;
-      if (type_ == ball_kernel_type::biharmonic) value -= kernel.laplacian(r.nu) / n * r.laplacian;
-      if (j >= sampled_) continue;
-      const double m = static_cast<double>(sampled_);
-      if (r.volume.density > 0 && r.volume.point != y) {
-        value -= kernel.greens(r.volume.point) / (m * r.volume.density) * (r.volume.f - here);
+      const dvec4 rest = controlled ? r.u[j] - about.learned.at(r.nu[j]) : r.u[j];
+      value += kernels[j] / n * rest;
+    }
+    if (type_ == ball_kernel_type::biharmonic) {
+      kernel.laplacians(nu, kernels);
+      for (std::size_t j = 0; j < block_; ++j) value -= kernels[j] / n * r.laplacian[j];
+    }
+    // int G (f - f(y)) + f(y) int G: near y, where G is large, little is left to sample
+    if (!volumes_.empty()) {
+      const source_records& v = volumes_[b];
+      kernel.greens(std::span(v.point).first(sampled_), kernels);
+      for (std::size_t j = 0; j < sampled_; ++j) {
+        if (v.weight[j] > 0) value -= kernels[j] * (v.f[j] - v.weight[j] * here);
       }
-      if (r.element.density > 0 && r.element.point != y) {
-        value -= kernel.greens(r.element.point) / (m * r.element.density) * r.element.f;
+    }
+    if (!elements_.empty()) {
+      const source_records& v = elements_[b];
+      kernel.greens(std::span(v.point).first(sampled_), kernels);
+      for (std::size_t j = 0; j < sampled_; ++j) {
+        if (v.weight[j] > 0) value -= kernels[j] * v.f[j];
       }
     }
     value -= kernel.greens_mass() * here;
@@ -332,10 +357,12 @@ solution shared_solver::run() {
   const std::uint64_t n = options_.walks;
   // Passes of equal size, eight or more where there are walks for it: a standard error
   // comes from their differences.
-  block_ = static_cast<std::size_t>(std::clamp<std::uint64_t>(n / 8, 1, 16));
+  block_ = static_cast<std::size_t>(std::clamp<std::uint64_t>(n / 8, 1, max_batch));
   while (n % block_ != 0) --block_;
   sampled_ = type_ == ball_kernel_type::screened ? (block_ + 3) / 4 : block_;
-  records_.resize(balls_.size() * block_);
+  records_.resize(balls_.size());
+  if (context_.sources.has_volume()) volumes_.resize(balls_.size());
+  if (context_.sources.has_elements()) elements_.resize(balls_.size());
   const bool timed = std::isfinite(options_.seconds), to_error = options_.error > 0;
   const std::uint64_t passes = n / block_;
   const std::uint64_t planned = timed || to_error ? 0 : n * balls_.size();
