@@ -20,10 +20,26 @@ constexpr std::size_t brick_cells = std::size_t{1} << (3 * brick_bits);
 // next one is.
 constexpr int coarsest = 32, finer = 4;
 // Cells hold lower bounds of this tolerance.
-constexpr double cell_tolerance = 0.03;
+constexpr double cell_tolerance = 0.02;
 
-// A bound is not 0 here; a cell that is has not been asked for.
-using brick = std::array<std::atomic<float>, brick_cells>;
+// A cell holds the logarithm of a bound, so that it takes a byte: 0 has not been asked
+// for, n means least_bound * bound_ratio^(n - 1) cells.
+using cell_code = std::atomic<std::uint8_t>;
+using brick = std::array<cell_code, brick_cells>;
+constexpr double least_bound = 0.25, bound_ratio = 1.022;
+
+// Rounded down; bounds too small to be of use become the least of all.
+std::uint8_t encode(double cells) {
+  const double steps = std::floor(std::log(cells / least_bound) / std::log(bound_ratio));
+  return static_cast<std::uint8_t>(steps > 0 ? std::min(steps + 1, 255.0) : 1);
+}
+std::array<double, 256> decoded_bounds() {
+  std::array<double, 256> bounds = {};
+  for (std::size_t n = 2; n < bounds.size(); ++n) {
+    bounds[n] = least_bound * std::pow(bound_ratio, static_cast<double>(n) - 1) * (1 - 1e-9);
+  }
+  return bounds;
+}
 
 struct grid_level {
   double cell = 1, per_cell = 1;
@@ -36,8 +52,9 @@ struct grid_level {
 
 struct distance_grid_data {
   dvec3 min = {0, 0, 0};
-  double rounding = 0;  // of coordinates in the grid
-  double noise = 0;     // of bounds of the tree
+  double rounding = 0;                                // of coordinates in the grid
+  double noise = 0;                                   // of bounds of the tree
+  std::array<double, 256> bounds = decoded_bounds();  // by code, in cells
   std::vector<grid_level> levels = {};
 
   distance_grid_data() = default;
@@ -54,10 +71,10 @@ struct distance_grid_data {
         (i.x >> brick_bits) +
         level.bricks.x * ((i.y >> brick_bits) + level.bricks.y * (i.z >> brick_bits)))];
   }
-  static std::atomic<float>& cell_at(grid_level& level, const ivec3& i);
+  static cell_code& cell_at(grid_level& level, const ivec3& i);
 };
 
-std::atomic<float>& distance_grid_data::cell_at(grid_level& level, const ivec3& i) {
+cell_code& distance_grid_data::cell_at(grid_level& level, const ivec3& i) {
   std::atomic<brick*>& entry = brick_of(level, i);
   brick* cells = entry.load(std::memory_order_acquire);
   if (cells == nullptr) {
@@ -153,25 +170,26 @@ grid_place place_in(const grid_level& level, const dvec3& from) {
 }
 
 // The bound of a cell's center, in cells.
-float ask_cell(const bvh& tree, const distance_grid_data& grid, const grid_level& level,
-               std::atomic<float>& cell, const ivec3& i) {
-  float d = cell.load(std::memory_order_relaxed);
-  if (d != 0) return d;
-  const dvec3 center = grid.min + (dvec3(i) + 0.5) * level.cell;
-  const double lower = bound_distance(tree, center, cell_tolerance).lower;
-  // rounded down
-  d = static_cast<float>(lower * level.per_cell * (1 - 1e-7));
-  d = std::clamp(d, 1e-30f, 1e30f);
-  cell.store(d, std::memory_order_relaxed);
-  return d;
+double ask_cell(const bvh& tree, const distance_grid_data& grid, const grid_level& level,
+                cell_code& cell, const ivec3& i) {
+  std::uint8_t code = cell.load(std::memory_order_relaxed);
+  if (code == 0) {
+    const dvec3 center = grid.min + (dvec3(i) + 0.5) * level.cell;
+    code = encode(bound_distance(tree, center, cell_tolerance).lower * level.per_cell);
+    cell.store(code, std::memory_order_relaxed);
+  }
+  return grid.bounds[code];
 }
+
+// From the bound that a cell holds to the most that the distance of its center may be.
+constexpr double upper_ratio = bound_ratio / (1 - cell_tolerance) * (1 + 1e-6);
 
 // What the bound d of a cell's center says for a point of it.
 distance_bounds bounds_in_cell(const distance_grid_data& grid, const grid_level& level,
                                const ivec3& i, double d, const dvec3& from) {
   const dvec3 center = (dvec3(i) + 0.5) * level.cell;
   const double near = d * level.cell, away = glm::length(from - center) + grid.rounding;
-  return {std::max(near - away, 0.0), near / (1 - cell_tolerance) * (1 + 3e-7) + away + grid.noise};
+  return {std::max(near - away, 0.0), near * upper_ratio + away + grid.noise};
 }
 
 // Bounds with lower >= (1 - tolerance) upper from the first grid that has them; else
@@ -182,7 +200,7 @@ distance_bounds grid_bounds(const bvh& tree, distance_grid_data& grid, const dve
   for (grid_level& level : grid.levels) {
     const grid_place place = place_in(level, from);
     if (!place.within) break;
-    const float d = ask_cell(tree, grid, level, grid.cell_at(level, place.cell), place.cell);
+    const double d = ask_cell(tree, grid, level, grid.cell_at(level, place.cell), place.cell);
     const distance_bounds bounds = bounds_in_cell(grid, level, place.cell, d, from);
     if (bounds.lower >= (1 - tolerance) * bounds.upper) return bounds;
   }
@@ -209,7 +227,7 @@ void distance_grid::lower_bounds(std::span<const dvec3> points, std::span<double
   for (std::size_t first = 0; first < points.size(); first += group) {
     std::array<std::uint32_t, group> open;
     std::array<ivec3, group> cells;
-    std::array<std::atomic<float>*, group> values;
+    std::array<cell_code*, group> values;
     std::size_t count = std::min(group, points.size() - first);
     for (std::size_t j = 0; j < count; ++j) open[j] = static_cast<std::uint32_t>(first + j);
     for (grid_level& level : data_->levels) {
@@ -228,7 +246,7 @@ void distance_grid::lower_bounds(std::span<const dvec3> points, std::span<double
       count = 0;
       for (std::size_t j = 0; j < within; ++j) {
         const std::uint32_t i = open[j];
-        const float d = ask_cell(tree_, *data_, level, *values[j], cells[j]);
+        const double d = ask_cell(tree_, *data_, level, *values[j], cells[j]);
         const distance_bounds b =
             bounds_in_cell(*data_, level, cells[j], d, points[i] - data_->min);
         const bool enough = b.lower >= (1 - tolerance) * b.upper;

@@ -6,8 +6,8 @@
 //
 // There are grids of several resolutions, each four times as fine as the last. A point asks
 // them from the coarsest to the first whose cell is small beside the distance, so that
-// fine cells are only made next to the surface. Cells are held in bricks of 8 x 8 x 8,
-// made when one of theirs is asked for.
+// fine cells are only made next to the surface. A cell takes a byte. Cells are held in bricks of 8
+// x 8 x 8, made when one of theirs is asked for.
 
 #include <cstddef>
 #include <memory>
@@ -21,7 +21,7 @@
 namespace wisp {
 
 struct distance_grid_options {
-  int resolution = 512;  // of the finest grid, cells along the longest side, 1 to 4096
+  int resolution = 1024;  // of the finest grid, cells along the longest side, 1 to 4096
   // By how much the grid is larger than the tree, on each side, as a part of the
   // tree's longest side. >= 0.
   double margin = 0.1;

@@ -32,7 +32,7 @@ struct boundary_point {
 struct domain_options {
   // Cells along the longest side of the grid of distances that meshes have; it is
   // filled where walks come by. 0: none.
-  int grid_resolution = 512;
+  int grid_resolution = 1024;
 };
 
 struct domain_data;  // within the library
