@@ -229,19 +229,6 @@ TEST_CASE("scene json: text that is not JSON") {
   CHECK_THROWS_AS(load_json_scene(folder.path, warnings), file_error);
 }
 
-TEST_CASE("scene json: groups of PDEs are kept for later, with one warning each") {
-  scene_folder folder;
-  warning_list warnings;
-  auto scene = folder.load(
-      R"({"problems": [{"anything": 1}, {}], "sections": [{}],
-    "instances": [{"section": "cut"}, {"shape": 0, "material": 0}],
-    "shapes": [{"uri": "shapes/quad.ply"}], "materials": [{}]})",
-      warnings);
-  CHECK(warnings.size() == 3);
-  CHECK(scene.instances.size() == 1);
-  for (const auto& w : warnings) CHECK(has(w, "PDE"));
-}
-
 TEST_CASE("scene json: lights") {
   scene_folder folder;
   auto scene = folder.load(R"({"lights": [

@@ -82,11 +82,22 @@ json_group read_group(json_object& root, const char* key, std::deque<json_tree>&
   return group;
 }
 
-// Groups that another part of wisp reads.
-void skip_group(json_object& root, const char* key) {
-  const json_tree* tree = root.find(key);
-  if (tree == nullptr || tree->empty()) return;
-  root.warn(key, "ignored by render; a version of wisp with PDE support reads it");
+// The problems whose shapes are needed: the one that is solved, or those of the sections
+// that instances show.
+std::vector<bool> find_problems(const json_context& context, const scene_load_options& options,
+                                const scene_data& scene) {
+  std::vector<bool> needed(scene.problems.size(), false);
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  if (options.choose_problem) {
+    const int chosen = options.choose_problem(scene);
+    if (chosen < 0 || at(chosen) >= needed.size())
+      context.fail("problems", fmt::format("there is no problem {}", chosen));
+    needed[at(chosen)] = true;
+  }
+  for (const auto& instance : scene.instances)
+    if (instance.section != invalid_id)
+      needed[at(scene.sections[at(instance.section)].problem)] = true;
+  return needed;
 }
 
 // A hair material scatters light along strands only. Faces that have one get a
@@ -96,6 +107,7 @@ void replace_hair_on_faces(json_context& context, const std::vector<json_instanc
   std::unordered_map<int, int> matte;  // hair material to its replacement
   for (std::size_t i = 0; i < scene.instances.size(); i++) {
     instance_data& instance = scene.instances[i];
+    if (instance.section != invalid_id) continue;
     const auto& shape = scene.shapes[static_cast<std::size_t>(instance.shape)];
     material_data material = scene.materials[static_cast<std::size_t>(instance.material)];
     if (material.type != material_type::hair || strand_count(shape) > 0) continue;
@@ -182,21 +194,20 @@ std::vector<json_instance> read_instances(const json_scene_file& file) {
     read.instance.name = element.name;
     object.get("name", read.instance.name);
     get_frame(object, read.instance.frame);
-    bool is_section = object.has("section");
+    get_reference(object, "section", file.sections, read.instance.section);
     get_reference(object, "shape", file.shapes, read.instance.shape);
     get_reference(object, "solid", file.solids, read.solid);
     get_reference(object, "material", file.materials, read.instance.material);
     object.finish();
-    if (is_section) {
-      object.warn("section",
-                  "the instance is left out; a version of wisp with PDE support shows it");
-      continue;
-    }
     if (read.solid != invalid_id && read.instance.shape != invalid_id)
       object.fail("solid", "is given as well as \"shape\"; keep one");
-    if (read.solid == invalid_id && read.instance.shape == invalid_id)
-      object.fail("shape", "is missing; an instance needs the index or name of a shape or solid");
-    if (read.instance.material == invalid_id)
+    bool is_section = read.instance.section != invalid_id;
+    if (is_section && (read.solid != invalid_id || read.instance.shape != invalid_id))
+      object.fail("section", "is given as well as a shape or solid; keep one");
+    if (!is_section && read.solid == invalid_id && read.instance.shape == invalid_id)
+      object.fail("shape",
+                  "is missing; an instance needs the index or name of a shape, solid or section");
+    if (!is_section && read.instance.material == invalid_id)
       object.fail("material", "is missing; an instance needs the index or name of a material");
     if (!is_invertible(read.instance.frame)) {
       object.warn("frame", "flattens or shrinks the shape to nothing; the instance is left out");
@@ -207,7 +218,8 @@ std::vector<json_instance> read_instances(const json_scene_file& file) {
   return result;
 }
 
-scene_data load_json_scene(const std::filesystem::path& path, warning_list& warnings) {
+scene_data load_json_scene(const std::filesystem::path& path, warning_list& warnings,
+                           const scene_load_options& options) {
   json_tree tree = read_json_file(path);
   json_context context(path.string(), warnings);
   json_object root(context, tree, "", "scene");
@@ -220,9 +232,8 @@ scene_data load_json_scene(const std::filesystem::path& path, warning_list& warn
   json_scene_file file{context,           path.parent_path(), group("cameras"),
                        group("textures"), group("materials"), group("shapes"),
                        group("subdivs"),  group("instances"), group("environments"),
-                       group("lights"),   group("solids")};
-  skip_group(root, "problems");
-  skip_group(root, "sections");
+                       group("lights"),   group("solids"),    group("problems"),
+                       group("sections")};
   root.finish();
 
   scene.cameras = read_cameras(file);
@@ -231,16 +242,22 @@ scene_data load_json_scene(const std::filesystem::path& path, warning_list& warn
   scene.environments = read_environments(file);
   scene.lights = read_lights(file);
   scene.solids = read_solids(file);
+  scene.problems = read_problems(file, scene);
+  scene.sections = read_sections(file);
   std::vector<json_shape> shapes = read_shapes(file);
   std::vector<json_subdiv> subdivs = read_subdivs(file);
   std::vector<json_instance> instances = read_instances(file);
   context.report_unknown_keys();
 
+  if (options.choose_problem) instances.clear();
   for (const auto& read : instances) scene.instances.push_back(read.instance);
   for (const auto& read : subdivs) scene.subdivs.push_back(read.subdiv);
   scene.shapes.resize(shapes.size());
+  for (std::size_t i = 0; i < shapes.size(); i++) scene.shapes[i].name = shapes[i].name;
   show_solids(instances, scene);
-  load_shapes(file, shapes, subdivs, scene, warnings);
+  const std::vector<bool> problems = find_problems(context, options, scene);
+  load_shapes(file, shapes, subdivs, problems, scene, warnings);
+  check_problem_shapes(file, problems, scene);
   replace_hair_on_faces(context, instances, scene);
   return scene;
 }

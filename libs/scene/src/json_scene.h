@@ -33,7 +33,8 @@ struct json_group {
 struct json_scene_file {
   json_context& context;
   std::filesystem::path folder;
-  json_group cameras, textures, materials, shapes, subdivs, instances, environments, lights, solids;
+  json_group cameras, textures, materials, shapes, subdivs, instances, environments, lights, solids,
+      problems, sections;
 };
 
 // The index of an element of a group, given by number or by name; -1 and ""
@@ -99,18 +100,37 @@ std::vector<json_shape> read_shapes(const json_scene_file& file);
 
 // Loads and grows the shapes that `instances` need and the meshes of the
 // subdivs that refine them; the other shapes stay empty but for their names.
+// `problems` says for each problem whether its shapes are needed, too.
 void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sources,
-                 const std::vector<json_subdiv>& subdivs, scene_data& scene,
-                 warning_list& warnings);
+                 const std::vector<json_subdiv>& subdivs, const std::vector<bool>& problems,
+                 scene_data& scene, warning_list& warnings);
 
 // Gives a shape of its own to each solid that `instances` show.
 void show_solids(const std::vector<json_instance>& instances, scene_data& scene);
-// Which shapes the solids that are shown or grown on consist of. Fails for those that
-// have no mesh file.
+// Fails for a shape that is not a file of its own, which `user` needs it to be.
+void check_own_file(const json_scene_file& file, const std::vector<json_shape>& sources,
+                    const std::vector<json_subdiv>& subdivs, int shape, const std::string& place,
+                    const std::string& user);
+// Which shapes the solids that are shown, grown on or the domains of problems consist
+// of. Fails for those that have no mesh file.
 std::vector<bool> find_solid_meshes(const json_scene_file& file,
                                     const std::vector<json_shape>& sources,
                                     const std::vector<json_subdiv>& subdivs,
-                                    const scene_data& scene);
+                                    const std::vector<bool>& problems, const scene_data& scene);
+
+// Reads "problems", with formulas compiled to check them. `scene` has its solids.
+std::vector<problem_data> read_problems(const json_scene_file& file, const scene_data& scene);
+std::vector<section_data> read_sections(const json_scene_file& file);
+// Adds the shapes that problems name themselves: to `meshes` what must be a mesh in a
+// file, to `shown` what may also be grown.
+void find_problem_shapes(const json_scene_file& file, const std::vector<json_shape>& sources,
+                         const std::vector<json_subdiv>& subdivs, const std::vector<bool>& problems,
+                         const scene_data& scene, std::vector<bool>& meshes,
+                         std::vector<bool>& shown);
+// Fails where a shape lacks what a problem asks of it: faces, strands, colours, texture
+// coordinates.
+void check_problem_shapes(const json_scene_file& file, const std::vector<bool>& problems,
+                          const scene_data& scene);
 
 // Turns points on curves into control points of `basis` that give curves from
 // the first to the last point: B-splines and Catmull-Rom splines get a phantom

@@ -185,8 +185,8 @@ std::vector<json_subdiv> read_subdivs(const json_scene_file& file) {
 }
 
 void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sources,
-                 const std::vector<json_subdiv>& subdivs, scene_data& scene,
-                 warning_list& warnings) {
+                 const std::vector<json_subdiv>& subdivs, const std::vector<bool>& problems,
+                 scene_data& scene, warning_list& warnings) {
   json_context& context = file.context;
   std::size_t count = sources.size();
   std::vector<int> subdiv_of(count, invalid_id);
@@ -194,8 +194,10 @@ void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sou
     subdiv_of[at(subdivs[i].subdiv.shape)] = static_cast<int>(i);
   std::vector<bool> shown(count, false), grown_on(count, false);
   for (const auto& instance : scene.instances)
-    if (at(instance.shape) < count) shown[at(instance.shape)] = true;  // others are of solids
-  const std::vector<bool> in_solids = find_solid_meshes(file, sources, subdivs, scene);
+    if (instance.shape != invalid_id && at(instance.shape) < count)
+      shown[at(instance.shape)] = true;  // others are of solids
+  std::vector<bool> meshes = find_solid_meshes(file, sources, subdivs, problems, scene);
+  find_problem_shapes(file, sources, subdivs, problems, scene, meshes, shown);
   for (std::size_t i = 0; i < count; i++) {
     if (!shown[i] || !sources[i].groom || subdiv_of[i] != invalid_id) continue;
     if (sources[i].groom_on.solid != invalid_id) continue;
@@ -229,7 +231,7 @@ void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sou
                    "has neither \"uri\" nor \"groom\"; a shape needs one of them");
   }
   run_jobs(count, warnings, [&](std::size_t i, warning_list& list) {
-    if (!shown[i] && !grown_on[i] && !in_solids[i]) return;
+    if (!shown[i] && !grown_on[i] && !meshes[i]) return;
     if (sources[i].groom || subdiv_of[i] != invalid_id) return;
     scene.shapes[i] = read_shape_file(context, sources[i], list);
     scene.shapes[i].name = sources[i].name;
@@ -257,7 +259,7 @@ void load_shapes(const json_scene_file& file, const std::vector<json_shape>& sou
     if (sources[i].profile) scene.shapes[i].profile = *sources[i].profile;
   }
   for (std::size_t i = 0; i < count; i++)  // wanted for their hair alone
-    if (!shown[i] && !in_solids[i] && grown_on[i]) {
+    if (!shown[i] && !meshes[i] && grown_on[i]) {
       scene.shapes[i] = {};
       scene.shapes[i].name = sources[i].name;
     }

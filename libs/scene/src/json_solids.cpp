@@ -251,34 +251,42 @@ void show_solids(const std::vector<json_instance>& instances, scene_data& scene)
   }
 }
 
+void check_own_file(const json_scene_file& file, const std::vector<json_shape>& sources,
+                    const std::vector<json_subdiv>& subdivs, int shape, const std::string& place,
+                    const std::string& user) {
+  const json_shape& source = sources[static_cast<std::size_t>(shape)];
+  if (source.path.empty())
+    file.context.fail(place, fmt::format("the mesh {} has no file", quote_name(source.name)));
+  for (const auto& subdiv : subdivs)
+    if (subdiv.subdiv.shape == shape)
+      file.context.fail(place, fmt::format("the mesh {} is refined by {}; {} needs a mesh "
+                                           "that is a file of its own",
+                                           quote_name(source.name), subdiv.place, user));
+}
+
 std::vector<bool> find_solid_meshes(const json_scene_file& file,
                                     const std::vector<json_shape>& sources,
                                     const std::vector<json_subdiv>& subdivs,
-                                    const scene_data& scene) {
+                                    const std::vector<bool>& problems, const scene_data& scene) {
   std::vector<bool> shown(scene.shapes.size(), false), solids(scene.solids.size(), false);
   for (const auto& instance : scene.instances)
-    shown[static_cast<std::size_t>(instance.shape)] = true;
+    if (instance.shape != invalid_id) shown[static_cast<std::size_t>(instance.shape)] = true;
   for (std::size_t i = 0; i < scene.shapes.size(); i++) {
     if (!shown[i]) continue;
     int solid = i < sources.size() ? sources[i].groom_on.solid : scene.shapes[i].solid;
     if (solid != invalid_id) solids[static_cast<std::size_t>(solid)] = true;
   }
+  for (std::size_t i = 0; i < problems.size(); i++)
+    if (problems[i] && scene.problems[i].solid != invalid_id)
+      solids[static_cast<std::size_t>(scene.problems[i].solid)] = true;
   std::vector<bool> needed(sources.size(), false);
   for (std::size_t i = 0; i < solids.size(); i++) {
     if (!solids[i]) continue;
     for (const solid_node& node : scene.solids[i].nodes) {
       if (node.type != solid_type::mesh) continue;
-      const auto shape = static_cast<std::size_t>(node.shape);
-      const std::string place = file.solids.elements[i].place + ".sdf";
-      if (sources[shape].path.empty())
-        file.context.fail(place,
-                          fmt::format("the mesh {} has no file", quote_name(sources[shape].name)));
-      for (const auto& subdiv : subdivs)
-        if (subdiv.subdiv.shape == node.shape)
-          file.context.fail(place, fmt::format("the mesh {} is refined by {}; a solid needs a mesh "
-                                               "that is a file of its own",
-                                               quote_name(sources[shape].name), subdiv.place));
-      needed[shape] = true;
+      check_own_file(file, sources, subdivs, node.shape, file.solids.elements[i].place + ".sdf",
+                     "a solid");
+      needed[static_cast<std::size_t>(node.shape)] = true;
     }
   }
   return needed;

@@ -93,22 +93,31 @@ std::array<vec3, 2> scene_bounds(const scene_data& scene) {
     if (in_range(scene.subdivs[i].shape, subdiv_of.size()))
       subdiv_of[static_cast<std::size_t>(scene.subdivs[i].shape)] = static_cast<int>(i);
   for (const auto& instance : scene.instances) {
-    if (!in_range(instance.shape, scene.shapes.size())) continue;
-    auto index = static_cast<std::size_t>(instance.shape);
-    const shape_data& shape = scene.shapes[index];
-    if (in_range(shape.solid, scene.solids.size())) {
-      const dbox3 b = solid_bounds(scene, scene.solids[static_cast<std::size_t>(shape.solid)]);
+    int shown = instance.shape, solid = invalid_id;
+    if (in_range(instance.section, scene.sections.size())) {
+      const int problem = scene.sections[static_cast<std::size_t>(instance.section)].problem;
+      if (!in_range(problem, scene.problems.size())) continue;
+      shown = scene.problems[static_cast<std::size_t>(problem)].shape;
+      solid = scene.problems[static_cast<std::size_t>(problem)].solid;
+    } else if (in_range(shown, scene.shapes.size())) {
+      solid = scene.shapes[static_cast<std::size_t>(shown)].solid;
+    }
+    const bool is_solid = in_range(solid, scene.solids.size());
+    if (!is_solid && !in_range(shown, scene.shapes.size())) continue;
+    const auto index = static_cast<std::size_t>(is_solid ? 0 : shown);
+    if (is_solid) {
+      const dbox3 b = solid_bounds(scene, scene.solids[static_cast<std::size_t>(solid)]);
       if (is_empty(b) || !is_finite(b)) continue;
       for (int corner = 0; corner < 8; corner++) {
         const dvec3 p = {corner & 1 ? b.max.x : b.min.x, corner & 2 ? b.max.y : b.min.y,
                          corner & 4 ? b.max.z : b.min.z};
         add(box, transform_point(instance.frame, vec3(p)), 0);
       }
-    } else if (shape.positions.empty() && subdiv_of[index] != invalid_id) {
+    } else if (scene.shapes[index].positions.empty() && subdiv_of[index] != invalid_id) {
       for (const vec3& p : scene.subdivs[static_cast<std::size_t>(subdiv_of[index])].positions)
         add(box, transform_point(instance.frame, p), 0);
     } else {
-      add_shape(box, shape, instance.frame);
+      add_shape(box, scene.shapes[index], instance.frame);
     }
   }
   return {box.min, box.max};

@@ -4,6 +4,7 @@
 // throw file_error on bad input and never leave half a file behind.
 
 #include <filesystem>
+#include <functional>
 
 #include "wisp/core/error.h"
 #include "wisp/core/export.h"
@@ -62,9 +63,17 @@ WISP_API void save_shape(const std::filesystem::path& path, const shape_data& sh
 WISP_API bool can_load_shape(const std::filesystem::path& path);
 WISP_API bool can_save_shape(const std::filesystem::path& path);
 
+struct scene_load_options {
+  // To solve a problem instead of rendering: called when all is read but shapes, with
+  // the index of the problem as its answer. What that problem consists of is loaded, and
+  // nothing else; there are no instances then.
+  std::function<int(const scene_data&)> choose_problem = {};
+};
+
 // Reads a scene in wisp's superset of Yocto/GL's JSON format (asset versions
 // 4.2 and 5.0), with its shapes; textures are named but not loaded, subdivs
 // are read but not refined. See docs/scene-format.md.
-WISP_API scene_data load_json_scene(const std::filesystem::path& path, warning_list& warnings);
+WISP_API scene_data load_json_scene(const std::filesystem::path& path, warning_list& warnings,
+                                    const scene_load_options& options = {});
 
 }  // namespace wisp

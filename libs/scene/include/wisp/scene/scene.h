@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -186,11 +187,28 @@ struct solid_node {
 // How the surface of a solid is rendered: as triangles of dual contouring, or by
 // sphere tracing the solid itself.
 enum struct solid_display { mesh, trace };
+// A plane that what is shown of a solid is cut open by: nothing in front of it is seen.
+struct solid_cut {
+  dvec3 point = {0, 0, 0};
+  dvec3 normal = {0, 0, 1};  // towards what is cut away
+};
 struct solid_data {
   std::string name = "";
   std::vector<solid_node> nodes = {};  // the last one is the solid
   solid_display display = solid_display::mesh;
   int resolution = 256;  // cells along the longest side of the mesh that shows it
+  std::vector<solid_cut> cuts = {};
+};
+
+// Colours that a function gives to the surface of a shape where it is seen: of its faces,
+// points and solids, not of strands.
+struct surface_paint {
+  // Linear colour and opacity at a point in the shape's own space; `cut` is the index of
+  // the cut of a traced solid that the point is on, -1 elsewhere. They multiply those of
+  // the material. Called from many threads at once.
+  std::function<vec4(const vec3& position, int cut)> color = {};
+  bool unlit = false;        // the colour is the radiance, and no light is reflected
+  bool transparent = false;  // opacity may be below 1
 };
 
 // A shape holds faces, points and strands over one set of vertices, or is the
@@ -221,6 +239,8 @@ struct shape_data {
   std::vector<float> radius = {};
   std::vector<vec4> tangents = {};   // xyz, and w = the sign of the bitangent
   std::vector<vec2> roughness = {};  // of strands: factors >= 0 on beta_m and beta_n of hair
+
+  surface_paint paint = {};
 };
 
 inline std::size_t strand_count(const shape_data& s) {
@@ -256,11 +276,94 @@ struct subdiv_data {
   int shape = invalid_id;
 };
 
+// An instance shows a shape; or a section, without a shape and not always with a
+// material.
 struct instance_data {
   std::string name = "";
   frame3 frame = identity_frame;
   int shape = invalid_id;
   int material = invalid_id;
+  int section = invalid_id;
+};
+
+// A function of position, with one to four channels. One of: formulas
+// (wisp/scene/formula.h), one for each channel or one for all; the colours of a mesh's
+// vertices; a texture at a mesh's texture coordinates. Both of the last have three.
+struct field_data {
+  std::vector<std::string> formulas = {};
+  bool vertex_colors = false;
+  int texture = invalid_id;
+  int shape = invalid_id;  // the mesh, of colours and textures
+};
+inline bool is_given(const field_data& f) {
+  return !f.formulas.empty() || f.vertex_colors || f.texture != invalid_id;
+}
+
+// Boundary value problems. The sign is that of
+//   Laplace            lap u = 0
+//   Poisson            lap u = f
+//   screened Poisson   lap u - c u = f
+//   biharmonic         lap lap u = 0
+// with u = g, and for the last lap u = h, on the boundary. Strengths have one entry for
+// each channel; those beyond are 0.
+enum struct problem_equation { laplace, poisson, screened_poisson, biharmonic };
+struct point_source_data {
+  dvec3 position = {0, 0, 0};
+  dvec4 strength = {1, 0, 0, 0};
+};
+struct curve_source_data {
+  std::vector<dvec3> points = {};  // joined by segments, or
+  int shape = invalid_id;          // the strands of a shape
+  dvec4 strength = {1, 0, 0, 0};   // for each unit of length
+};
+struct mesh_source_data {
+  int shape = invalid_id;
+  dvec4 strength = {1, 0, 0, 0};  // for each unit of area
+};
+// Where f is concentrated, a Gaussian of standard deviation `radius`.
+struct source_peak_data {
+  dvec3 center = {0, 0, 0};
+  double radius = 1;
+  double weight = 1;
+};
+struct problem_data {
+  std::string name = "";
+  // The domain is the inside, or the outside, of a solid or of a mesh.
+  int solid = invalid_id;
+  int shape = invalid_id;
+  bool exterior = false;
+  problem_equation equation = problem_equation::laplace;
+  double screening = 0;                // c >= 0
+  int channels = 1;                    // 1 to 4
+  field_data boundary = {};            // g
+  field_data boundary_laplacian = {};  // h
+  field_data source = {};              // f
+  field_data exact = {};               // u, where it is known
+  std::vector<point_source_data> point_sources = {};
+  std::vector<curve_source_data> curve_sources = {};
+  std::vector<mesh_source_data> mesh_sources = {};
+  std::vector<source_peak_data> source_peaks = {};
+  dvec4 infinity = {0, 0, 0, 0};  // what u tends to far away, in exterior problems
+  // How it is solved, unless a command says otherwise.
+  double epsilon = 0;  // width of the shell in which walks end; 0: 1e-4 of the size
+  int walks = 64;
+  int max_steps = 1024;
+};
+
+// A plane cut through the domain of a problem.
+enum struct section_colors { viridis, coolwarm, magma, plasma, inferno, cividis, turbo, gray };
+struct section_data {
+  std::string name = "";
+  int problem = invalid_id;
+  dvec3 origin = {0, 0, 0};
+  dvec3 normal = {0, 0, 1};  // towards the viewer
+  dvec3 up = {0, 0, 0};      // upwards in pictures; zero: y, or -z for a normal along y
+  dvec2 size = {0, 0};       // width and height; 0: those of the domain
+  int resolution = 256;      // cells along the longer side
+  section_colors colormap = section_colors::viridis;
+  std::optional<dvec2> range = {};  // values of the ends of the colour map
+  int contours = 10;                // contour lines; 0: none
+  bool lit = false;                 // shaded by the scene's light, or shown as it is
 };
 
 // A distant sphere of radiance `emission` times the lat-long texture, whose
@@ -299,6 +402,8 @@ struct scene_data {
   std::vector<instance_data> instances = {};
   std::vector<environment_data> environments = {};
   std::vector<light_data> lights = {};
+  std::vector<problem_data> problems = {};
+  std::vector<section_data> sections = {};
 };
 
 // The smallest box that holds all instances, {min, max}; min > max when there
