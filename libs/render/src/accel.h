@@ -25,8 +25,9 @@ enum struct element_kind : uint32_t { triangle = 0, quad = 1, strand = 2, point 
 struct ray_hit {
   int instance = invalid_id;
   element_kind kind = element_kind::triangle;
-  uint32_t element = 0;  // triangle, quad, point, or curve segment; 0 of a solid
-  vec2 uv = {0, 0};      // as in Embree; for strands u is along the segment
+  // triangle, quad, point, or curve segment; of a solid 0, or 1 + the index of a cut
+  uint32_t element = 0;
+  vec2 uv = {0, 0};  // as in Embree; for strands u is along the segment
   float t = infinity;
   vec3 ng = {0, 0, 0};  // Embree's geometric normal in world space, not normalised
 };
@@ -84,11 +85,17 @@ vec2 eval_curve_attribute(const curve_geometry& curves, const std::vector<vec2>&
 uint32_t find_strand(const curve_geometry& curves, uint32_t segment);
 float place_on_strand(const curve_geometry& curves, uint32_t strand, uint32_t segment, float u);
 
+// A solid that rays are traced against.
+struct traced_solid {
+  sdf solid = {};
+  std::vector<solid_cut> cuts = {};
+};
+
 class ray_accel {
  public:
   // Takes positions and radii of pure strand shapes out of the scene. `solids` are
   // those of the shapes that are to be traced, one for each shape, or none at all.
-  ray_accel(scene_data& scene, std::vector<sdf>&& solids, int threads, bool compact,
+  ray_accel(scene_data& scene, std::vector<traced_solid>&& solids, int threads, bool compact,
             std::vector<part_report>& parts);
   ~ray_accel();
   ray_accel(const ray_accel&) = delete;
@@ -107,6 +114,10 @@ class ray_accel {
 
 // Whether the surface of a shape is traced.
 bool is_traced(const scene_data& scene, const shape_data& shape);
+// Whether a shape stays in its own space even if it is used once.
+inline bool keeps_space(const scene_data& scene, const shape_data& shape) {
+  return is_traced(scene, shape) || shape.paint.color;
+}
 
 // Which kinds of elements the instances of a scene show.
 struct element_use {

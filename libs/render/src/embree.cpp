@@ -73,8 +73,13 @@ void share(RTCGeometry geometry, RTCBufferType type, RTCFormat format, const std
 
 // A solid is one element of a kind that Embree does not know: it asks for its box,
 // and for hits within.
+struct cut_solid {
+  sdf solid = {};
+  std::vector<cut_plane> cuts = {};
+};
+
 void bound_solid(const RTCBoundsFunctionArguments* args) {
-  const dbox3 box = properties(*static_cast<const sdf*>(args->geometryUserPtr)).bounds;
+  const dbox3 box = properties(static_cast<const cut_solid*>(args->geometryUserPtr)->solid).bounds;
   RTCBounds& b = *args->bounds_o;
   const dvec3 margin = 1e-6 * (glm::abs(box.min) + glm::abs(box.max));
   const vec3 low(box.min - margin), high(box.max + margin);
@@ -82,14 +87,15 @@ void bound_solid(const RTCBoundsFunctionArguments* args) {
   b.upper_x = high.x, b.upper_y = high.y, b.upper_z = high.z;
 }
 
-trace_result trace_solid(const void* solid, const RTCRay& ray) {
+trace_result trace_solid(const void* user, const RTCRay& r) {
+  const auto& solid = *static_cast<const cut_solid*>(user);
   trace_options options;
   options.tolerance = 1e-8;  // rays are floats
-  options.t_min = static_cast<double>(ray.tnear);
-  options.t_max = static_cast<double>(ray.tfar);
-  return sphere_trace(
-      *static_cast<const sdf*>(solid),
-      {dvec3{ray.org_x, ray.org_y, ray.org_z}, dvec3{ray.dir_x, ray.dir_y, ray.dir_z}}, options);
+  options.t_min = static_cast<double>(r.tnear);
+  options.t_max = static_cast<double>(r.tfar);
+  const sdf_ray ray = {dvec3{r.org_x, r.org_y, r.org_z}, dvec3{r.dir_x, r.dir_y, r.dir_z}};
+  return solid.cuts.empty() ? sphere_trace(solid.solid, ray, options)
+                            : sphere_trace(solid.solid, solid.cuts, ray, options);
 }
 
 // Rays are traced one at a time, so that N is 1.
@@ -102,7 +108,7 @@ void intersect_solid(const RTCIntersectFunctionNArguments* args) {
   const vec3 n(result.at.normal);
   r.hit.Ng_x = n.x, r.hit.Ng_y = n.y, r.hit.Ng_z = n.z;
   r.hit.u = r.hit.v = 0;
-  r.hit.primID = args->primID;
+  r.hit.primID = static_cast<unsigned>(result.at.plane + 1);
   r.hit.geomID = args->geomID;
   r.hit.instID[0] = args->context->instID[0];
 }
@@ -129,7 +135,7 @@ struct ray_accel::impl {
   std::vector<top_entry> entries = {};
   std::vector<RTCScene> shape_scenes = {};
   std::vector<curve_geometry> curves = {};
-  std::vector<sdf> solids = {};
+  std::vector<cut_solid> solids = {};
   std::vector<std::vector<vec4>> spheres = {};
   std::vector<std::vector<uint8_t>> flags = {};
   std::vector<mat3> normal_matrices = {};  // of nested instances
@@ -199,7 +205,7 @@ RTCGeometry ray_accel::impl::make_geometry(shape_data& shape, std::size_t shape_
       break;
     }
     case element_kind::solid:
-      if (shape_id >= solids.size() || is_empty(properties(solids[shape_id]).bounds))
+      if (shape_id >= solids.size() || is_empty(properties(solids[shape_id].solid).bounds))
         return nullptr;
       geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
       rtcSetGeometryUserPrimitiveCount(geometry, 1);
@@ -214,11 +220,14 @@ RTCGeometry ray_accel::impl::make_geometry(shape_data& shape, std::size_t shape_
   return geometry;
 }
 
-ray_accel::ray_accel(scene_data& scene, std::vector<sdf>&& solids, int threads, bool compact,
-                     std::vector<part_report>& parts)
+ray_accel::ray_accel(scene_data& scene, std::vector<traced_solid>&& solids, int threads,
+                     bool compact, std::vector<part_report>& parts)
     : impl_(std::make_unique<impl>()) {
   impl& a = *impl_;
-  a.solids = std::move(solids);
+  for (const auto& solid : solids) {
+    cut_solid& cut = a.solids.emplace_back(cut_solid{solid.solid, {}});
+    for (const auto& plane : solid.cuts) cut.cuts.push_back({plane.point, plane.normal});
+  }
   std::string config = threads > 0 ? fmt::format("threads={}", threads) : std::string();
   a.device = rtcNewDevice(config.empty() ? nullptr : config.c_str());
   if (!a.device) throw std::runtime_error("Embree does not start: this processor lacks SSE2");
@@ -226,9 +235,8 @@ ray_accel::ray_accel(scene_data& scene, std::vector<sdf>&& solids, int threads, 
 
   std::vector<int> uses(scene.shapes.size(), 0);
   for (const auto& instance : scene.instances) uses[static_cast<std::size_t>(instance.shape)]++;
-  // solids are traced in their own space
   for (std::size_t s = 0; s < scene.shapes.size(); s++)
-    if (uses[s] == 1 && is_traced(scene, scene.shapes[s])) uses[s] = 2;
+    if (uses[s] == 1 && keeps_space(scene, scene.shapes[s])) uses[s] = 2;
   a.shape_scenes.resize(scene.shapes.size(), nullptr);
   a.curves.resize(scene.shapes.size());
   a.use = find_strand_use(scene);

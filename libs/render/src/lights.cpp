@@ -74,7 +74,7 @@ bool make_area(const scene_data& scene, std::size_t instance_id, light_source& s
   const auto& instance = scene.instances[instance_id];
   const auto& material = scene.materials[static_cast<std::size_t>(instance.material)];
   const auto& shape = scene.shapes[static_cast<std::size_t>(instance.shape)];
-  if (max_value(material.emission) <= 0) return false;
+  if (max_value(material.emission) <= 0 || shape.paint.unlit) return false;
   if (shape.triangles.empty() && shape.quads.empty()) return false;
   source.type = light_source::kind::area;
   source.index = static_cast<int>(instance_id);

@@ -289,9 +289,10 @@ path_result trace_path(const render_scene& scene, ray3 ray, const sample_state& 
       continue;
     }
     result.covered = true;
-    if (first && !first->found) record_first_hit(scene, p, ray, m.color, *first);
+    if (first && !first->found)
+      record_first_hit(scene, p, ray, p.unlit ? m.emission : m.color, *first);
     if (m.emission != vec3{0, 0, 0}) add_emission(scene, p, m.emission, path);
-    if (bounce >= options.bounces) break;
+    if (p.unlit || bounce >= options.bounces) break;
     bounce++;
 
     vec4 u_bsdf = sample_4d(sampler, 3 * step + 1);

@@ -40,6 +40,11 @@ void check_indices(const scene_data& scene) {
     if (index != invalid_id) check(index, scene.textures.size(), owner, i, "texture");
   };
   for (std::size_t i = 0; i < scene.instances.size(); i++) {
+    if (scene.instances[i].shape == invalid_id && scene.instances[i].section != invalid_id)
+      fail(
+          fmt::format("instance {} shows a section, which is to be solved and replaced by shapes "
+                      "before the scene is rendered",
+                      i));
     check(scene.instances[i].shape, scene.shapes.size(), "instance", i, "shape");
     check(scene.instances[i].material, scene.materials.size(), "instance", i, "material");
   }
@@ -136,11 +141,11 @@ part_report subdiv_part(const scene_data& scene) {
 }
 
 // The solids that instances show: meshed in their shapes, or to be traced.
-std::vector<sdf> make_solids(scene_data& scene, int threads, std::vector<part_report>& parts,
-                             warning_list& warnings) {
+std::vector<traced_solid> make_solids(scene_data& scene, int threads,
+                                      std::vector<part_report>& parts, warning_list& warnings) {
   double start = now();
   solid_parts built;
-  std::vector<sdf> traced(scene.shapes.size());
+  std::vector<traced_solid> traced(scene.shapes.size());
   std::vector<bool> shown(scene.shapes.size(), false);
   for (const auto& instance : scene.instances) shown[at(instance.shape)] = true;
   std::vector<std::pair<std::size_t, sdf>> meshed;
@@ -156,9 +161,12 @@ std::vector<sdf> make_solids(scene_data& scene, int threads, std::vector<part_re
                                     (is_empty(bounds) ? "' is empty"
                                                       : "' is infinite; intersect it with "
                                                         "something that is not"));
-      traced[i] = tree;
+      traced[i] = {tree, solid.cuts};
       any = true;
     } else {
+      std::vector<sdf> parts_of = {tree};
+      for (const auto& cut : solid.cuts) parts_of.push_back(sdf_plane(cut.point, cut.normal));
+      if (parts_of.size() > 1) tree = sdf_intersection(parts_of);
       meshed.emplace_back(i, tree);
     }
   }
@@ -177,6 +185,7 @@ std::vector<sdf> make_solids(scene_data& scene, int threads, std::vector<part_re
   for (auto& [i, tree] : meshed) {
     shape_data mesh = tesselate_solid(scene.solids[at(scene.shapes[i].solid)], tree, threads);
     mesh.solid = scene.shapes[i].solid;
+    mesh.paint = scene.shapes[i].paint;
     triangles += mesh.triangles.size();
     bytes += mesh.triangles.size() * sizeof(ivec3) + mesh.positions.size() * 2 * sizeof(vec3);
     scene.shapes[i] = std::move(mesh);
@@ -209,7 +218,7 @@ void bake_single_instances(scene_data& scene) {
   for (const auto& instance : scene.instances) uses[at(instance.shape)]++;
   for (auto& instance : scene.instances) {
     if (uses[at(instance.shape)] != 1 || instance.frame == identity_frame) continue;
-    if (is_traced(scene, scene.shapes[at(instance.shape)])) continue;
+    if (keeps_space(scene, scene.shapes[at(instance.shape)])) continue;
     auto& shape = scene.shapes[at(instance.shape)];
     const frame3& f = instance.frame;
     float det = glm::determinant(rotation(f));
@@ -239,6 +248,7 @@ bool has_transparency(const scene_data& scene) {
     if (m.opacity < 1) return true;
     if (m.color_tex != invalid_id && texture_has_holes(scene.textures[at(m.color_tex)]))
       return true;
+    if (scene.shapes[at(instance.shape)].paint.transparent) return true;
     const auto& colors = scene.shapes[at(instance.shape)].colors;
     if (std::any_of(colors.begin(), colors.end(), [](const vec4& c) { return c.w < 1; }))
       return true;
@@ -311,7 +321,7 @@ render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
   part.seconds = now() - start;
   parts.push_back(part);
 
-  std::vector<sdf> solids = make_solids(scene, options.threads, parts, warnings);
+  std::vector<traced_solid> solids = make_solids(scene, options.threads, parts, warnings);
   std::erase_if(scene.instances,
                 [&](const instance_data& i) { return is_empty(scene.shapes[at(i.shape)]); });
   release_unused_shapes(scene);
@@ -319,7 +329,8 @@ render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
                 std::any_of(scene.environments.begin(), scene.environments.end(),
                             [](const auto& e) { return max_component(e.emission) > 0; }) ||
                 std::any_of(scene.instances.begin(), scene.instances.end(), [&](const auto& i) {
-                  return max_component(scene.materials[at(i.material)].emission) > 0;
+                  return max_component(scene.materials[at(i.material)].emission) > 0 ||
+                         scene.shapes[at(i.shape)].paint.unlit;
                 });
   if (scene.instances.empty() && !shines)
     throw std::invalid_argument(

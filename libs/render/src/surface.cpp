@@ -159,6 +159,18 @@ void eval_strand(const render_scene& scene, const ray3& ray, const ray_hit& hit,
   eval_strand_attributes(scene, shape, curves, hit, p);
 }
 
+void paint_surface(const render_scene& scene, const ray_hit& hit, surface_point& p) {
+  const auto& instance = scene.scene.instances[static_cast<std::size_t>(hit.instance)];
+  const auto& paint = scene.scene.shapes[static_cast<std::size_t>(instance.shape)].paint;
+  if (!paint.color || hit.kind == element_kind::strand) return;
+  const vec3 position = instance.frame == identity_frame
+                            ? p.position
+                            : transform_point(inverse(instance.frame), p.position);
+  const int cut = hit.kind == element_kind::solid ? static_cast<int>(hit.element) - 1 : -1;
+  p.color *= paint.color(position, cut);
+  p.unlit = paint.unlit;
+}
+
 }  // namespace
 
 surface_point eval_surface(const render_scene& scene, const ray3& ray, const ray_hit& hit) {
@@ -188,6 +200,7 @@ surface_point eval_surface(const render_scene& scene, const ray3& ray, const ray
       eval_face(scene, ray, hit, p);
       break;
   }
+  paint_surface(scene, hit, p);
   // Materials without an inside are seen from both sides.
   const auto& material = scene.scene.materials[static_cast<std::size_t>(p.material)];
   if (!is_transmissive(material.type) && glm::dot(p.normal, ray.d) > 0) p.normal = -p.normal;

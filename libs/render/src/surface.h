@@ -22,6 +22,7 @@ struct surface_point {
   float radius = 0;                   // of the strand here, world units
   vec2 texcoord = {0, 0};
   vec4 color = {1, 1, 1, 1};
+  bool unlit = false;          // shows its colour, see surface_paint
   float strand_number = 0.5f;  // of the strand, in [0, 1); where its material varies by it
   vec2 roughness = {1, 1};     // factors of hair's beta_m and beta_n
 };
@@ -30,8 +31,14 @@ surface_point eval_surface(const render_scene& scene, const ray3& ray, const ray
 
 // Material with its textures at the point.
 inline material_point eval_material(const render_scene& scene, const surface_point& point) {
-  return eval_material(scene.scene.materials[static_cast<std::size_t>(point.material)],
-                       scene.scene.textures, point.texcoord, point.color);
+  material_point m = eval_material(scene.scene.materials[static_cast<std::size_t>(point.material)],
+                                   scene.scene.textures, point.texcoord, point.color);
+  if (point.unlit) {
+    m.type = material_type::matte;
+    m.emission = vec3(point.color);
+    m.color = {0, 0, 0};
+  }
+  return m;
 }
 
 // A ray that leaves the point: its start is moved off the surface by the

@@ -207,8 +207,10 @@ void tesselate_subdivs(scene_data& scene) {
   for (std::size_t s = 0; s < scene.shapes.size(); s++) {
     if (!used[s] || last[s] == invalid_id) continue;
     std::string name = std::move(scene.shapes[s].name);
+    surface_paint paint = std::move(scene.shapes[s].paint);
     scene.shapes[s] = tesselate(scene, at(last[s]));
     scene.shapes[s].name = std::move(name);
+    scene.shapes[s].paint = std::move(paint);
   }
 }
 
