@@ -47,6 +47,8 @@ wisp::shape_data merge_instances(wisp::scene_data scene, const std::string& path
   auto shape_of = [&](const wisp::instance_data& instance) -> const wisp::shape_data& {
     return scene.shapes[static_cast<std::size_t>(instance.shape)];
   };
+  // sections have no shape of their own
+  std::erase_if(scene.instances, [](const auto& i) { return i.shape == wisp::invalid_id; });
   std::stable_partition(scene.instances.begin(), scene.instances.end(), [&](const auto& instance) {
     return wisp::strand_count(shape_of(instance)) > 0;
   });

@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "console.h"
 #include "run_report.h"
+#include "section_render.h"
 #include "wisp/render/gltf.h"
 #include "wisp/render/render_scene.h"
 #include "wisp/scene/io.h"
@@ -28,6 +29,24 @@ const char* type_name(wisp::material_type type) {
 const char* basis_name(wisp::curve_basis basis) {
   constexpr std::array names = {"linear", "bezier", "bspline", "catmull_rom"};
   return names[static_cast<std::size_t>(basis)];
+}
+
+nlohmann::ordered_json describe_problem(const wisp::scene_data& scene,
+                                        const wisp::problem_data& problem) {
+  constexpr std::array equations = {"laplace", "poisson", "screened_poisson", "biharmonic"};
+  std::string domain = problem.solid != wisp::invalid_id
+                           ? scene.solids[static_cast<std::size_t>(problem.solid)].name
+                           : scene.shapes[static_cast<std::size_t>(problem.shape)].name;
+  std::size_t sources = problem.point_sources.size() + problem.curve_sources.size() +
+                        problem.mesh_sources.size() + (is_given(problem.source) ? 1 : 0);
+  return {{"name", problem.name},
+          {"equation", equations[static_cast<std::size_t>(problem.equation)]},
+          {"side", problem.exterior ? "exterior" : "interior"},
+          {"domain", domain},
+          {"channels", problem.channels},
+          {"sources", sources},
+          {"exact", is_given(problem.exact)},
+          {"walks", problem.walks}};
 }
 
 // The bounds of a shape's file leave out the lamp that it is seen by.
@@ -79,8 +98,21 @@ nlohmann::ordered_json describe(wisp::scene_data& scene, const std::string& path
   info["instances"] = scene.instances.size();
   info["environments"] = scene.environments.size();
   info["lights"] = scene.lights.size();
+  info["solids"] = scene.solids.size();
+  info["problems"] = json::array();
+  for (const auto& p : scene.problems) info["problems"].push_back(describe_problem(scene, p));
+  info["sections"] = json::array();
+  for (const auto& s : scene.sections)
+    info["sections"].push_back(
+        {{"name", s.name},
+         {"problem", scene.problems[static_cast<std::size_t>(s.problem)].name},
+         {"resolution", s.resolution}});
   auto parts = json::array();
-  for (const auto& part : wisp::plan_parts(scene))
+  std::vector<wisp::part_report> planned;
+  plan_sections(scene, planned);  // puts solids in their place
+  const auto rest = wisp::plan_parts(scene);
+  planned.insert(planned.begin(), rest.begin(), rest.end());
+  for (const auto& part : planned)
     parts.push_back({{"name", part.name}, {"built", part.built}, {"why", part.why}});
   info["parts"] = parts;
   return info;
@@ -118,6 +150,18 @@ void print_text(const nlohmann::ordered_json& info) {
   fmt::print("  instances    {}\n", info["instances"].get<std::size_t>());
   fmt::print("  environments {}\n", info["environments"].get<std::size_t>());
   fmt::print("  lights       {}\n", info["lights"].get<std::size_t>());
+  fmt::print("  solids       {}\n", info["solids"].get<std::size_t>());
+  fmt::print("  problems     {}\n", info["problems"].size());
+  for (const auto& p : info["problems"])
+    fmt::print("    {}: {}, {} of {}, {} channel{}{}\n", shown_name(p["name"]),
+               p["equation"].get<std::string>(), p["side"].get<std::string>(),
+               shown_name(p["domain"]), p["channels"].get<int>(),
+               p["channels"].get<int>() == 1 ? "" : "s",
+               p["exact"].get<bool>() ? ", exact solution known" : "");
+  fmt::print("  sections     {}\n", info["sections"].size());
+  for (const auto& s : info["sections"])
+    fmt::print("    {}: of {}, {} cells wide or high\n", shown_name(s["name"]),
+               shown_name(s["problem"]), s["resolution"].get<int>());
   fmt::print("to render it, wisp\n");
   for (const auto& part : info["parts"])
     fmt::print("  {:<10} {:<20} {}\n", part["built"].get<bool>() ? "builds" : "leaves out",

@@ -45,6 +45,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("Each command has its own --help with an example.");
   auto render = add_render(app, quote_command(argc, argv));
+  auto solve = add_solve(app, quote_command(argc, argv));
   auto info = add_info(app);
   auto convert = add_convert(app);
   auto stress = add_stress(app);
@@ -71,6 +72,7 @@ int main(int argc, char** argv) {
 
   try {
     if (app.got_subcommand("render")) return render();
+    if (app.got_subcommand("solve")) return solve();
     if (app.got_subcommand("info")) return info();
     if (app.got_subcommand("stress")) return stress();
     return convert();

@@ -12,6 +12,7 @@
 #include "commands.h"
 #include "console.h"
 #include "run_report.h"
+#include "section_render.h"
 #include "wisp/core/parallel.h"
 #include "wisp/render/gltf.h"
 #include "wisp/render/image.h"
@@ -37,6 +38,7 @@ struct render_arguments {
   bool half_float = false;
   bool quiet = false;
   bool compact = false;
+  uint64_t walks = 0;  // of sections; 0: those of their problems
   wisp::trace_options trace;
 };
 
@@ -167,6 +169,25 @@ int run_render(render_arguments args, const std::string& command_line) {
   auto size = wisp::image_size(data, options);
   for (const auto& output : args.outputs) wisp::check_image_output(output, size.x, size.y);
 
+  std::vector<wisp::part_report> section_parts;
+  if (shows_sections(data)) {
+    timer.start("sections");
+    watch_interrupts();
+  }
+  const bool solved =
+      render_sections(data,
+                      {options.camera, size, args.walks, options.seed, options.threads,
+                       [&](const std::string& text) {
+                         line.show(text);
+                         return !interrupt_flag().load();
+                       }},
+                      section_parts, warnings);
+  if (!solved) {
+    line.clear();
+    fmt::print(stderr, "wisp: stopped before the first sample; nothing saved\n");
+    return exit_interrupted;
+  }
+
   timer.start("build");
   line.show("build: textures, ray structures and lights");
   auto scene = [&] {
@@ -215,6 +236,7 @@ int run_render(render_arguments args, const std::string& command_line) {
                state.paths_with_errors);
   if (!args.report.empty()) {
     auto parts = scene.parts;
+    parts.insert(parts.end(), section_parts.begin(), section_parts.end());
     for (auto& part : parts)
       if (part.name == "image library" && encodes_images(args.outputs)) {
         part.why = part.built ? part.why + ", and an output is encoded" : "an output is encoded";
@@ -320,6 +342,10 @@ command_action add_render(CLI::App& app, const std::string& command_line) {
   cmd->add_option("--clamp", o.clamp,
                   "Largest radiance of a path; 0 (default) is none, as it should be")
       ->check(number_check(0, "of at least 0", largest_float));
+  cmd->add_option("--walks", args->walks,
+                  "Walks for each cell of a section; default: those of its problem")
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 40))
+      ->option_text("N");
   cmd->add_flag("--hide-environment", o.hide_environment,
                 "Black, transparent background; the sky still lights");
   cmd->add_flag("--half", args->half_float, ".exr with half-float colours");

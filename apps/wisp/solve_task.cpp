@@ -1,0 +1,110 @@
+#include "solve_task.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "commands.h"
+#include "pde_scene.h"
+#include "section_files.h"
+#include "wisp/core/error.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool same_file(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+}
+
+void check_folder(const std::string& output) {
+  const auto folder = fs::absolute(output).parent_path();
+  if (!fs::is_directory(folder)) {
+    throw wisp::file_error(output, "",
+                           fmt::format("the folder '{}' does not exist", folder.string()));
+  }
+  if (fs::is_directory(output)) throw wisp::file_error(output, "", "is a folder");
+  if (access(folder.c_str(), W_OK) != 0) {
+    throw wisp::file_error(output, "",
+                           fmt::format("there is no right to write in '{}'", folder.string()));
+  }
+}
+
+}  // namespace
+
+std::string ending(const std::string& path) {
+  return CLI::detail::to_lower(fs::path(path).extension().string());
+}
+void check_files(const solve_arguments& args) {
+  if (!args.points.empty() && !args.section.empty()) {
+    throw usage_error("--points and --section exclude each other");
+  }
+  for (const auto& output : args.outputs) {
+    if (!is_table(output) && !can_save_section(output)) {
+      throw usage_error(fmt::format("-o: '{}' must end in .csv, .exr, .png or .vti", output));
+    }
+    if (!is_table(output) && !args.points.empty()) {
+      throw usage_error(fmt::format("-o: '{}' shows a section; points go to .csv", output));
+    }
+  }
+  auto written = args.outputs;
+  if (!args.report.empty()) written.push_back(args.report);
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    if (same_file(written[i], args.scene)) {
+      throw usage_error(fmt::format("-o: '{}' is the scene itself", written[i]));
+    }
+    if (!args.points.empty() && same_file(written[i], args.points)) {
+      throw usage_error(fmt::format("-o: '{}' holds the points", written[i]));
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (same_file(written[i], written[k])) {
+        throw usage_error(fmt::format("-o: '{}' is given twice", written[i]));
+      }
+    }
+    check_folder(written[i]);
+  }
+  for (const auto& output : args.outputs) {
+    if (!is_table(output)) check_section_output(output);
+  }
+}
+
+solve_task find_task(const wisp::scene_data& scene, const solve_arguments& args) {
+  solve_task task;
+  task.problem = find_problem(scene, args.problem);
+  if (!args.points.empty()) return task;
+  std::string names;
+  int count = 0;
+  for (std::size_t i = 0; i < scene.sections.size(); ++i) {
+    const auto& section = scene.sections[i];
+    if (!args.section.empty()) {
+      names += (names.empty() ? "" : ", ") + section.name;
+      if (section.name != args.section) continue;
+      if (!args.problem.empty() && section.problem != task.problem) {
+        throw usage_error(fmt::format(
+            "--section: '{}' cuts the problem '{}', not '{}'", args.section,
+            scene.problems[static_cast<std::size_t>(section.problem)].name, args.problem));
+      }
+      return {section.problem, static_cast<int>(i)};
+    }
+    if (section.problem != task.problem) continue;
+    names += (names.empty() ? "" : ", ") + section.name;
+    task.section = static_cast<int>(i);
+    ++count;
+  }
+  if (!args.section.empty()) {
+    throw usage_error(fmt::format("--section: the scene has no section '{}'; it has: {}",
+                                  args.section, names.empty() ? "none" : names));
+  }
+  const auto& name = scene.problems[static_cast<std::size_t>(task.problem)].name;
+  if (count == 0) {
+    throw usage_error(
+        fmt::format("the scene has no section of the problem '{}'; give --points FILE.csv", name));
+  }
+  if (count > 1) {
+    throw usage_error(fmt::format(
+        "the problem '{}' has {} sections; give --section with one of: {}", name, count, names));
+  }
+  return task;
+}
