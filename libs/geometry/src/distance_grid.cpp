@@ -23,7 +23,7 @@ constexpr int coarsest = 32, finer = 4;
 constexpr double cell_tolerance = 0.02;
 
 // A cell holds the logarithm of a bound, so that it takes a byte: 0 has not been asked
-// for, n means least_bound * bound_ratio^(n - 1) cells.
+// for, n means least_bound * bound_ratio^(n - 1) cells, and 255 that or more.
 using cell_code = std::atomic<std::uint8_t>;
 using brick = std::array<cell_code, brick_cells>;
 constexpr double least_bound = 0.25, bound_ratio = 1.022;
@@ -181,7 +181,8 @@ double ask_cell(const bvh& tree, const distance_grid_data& grid, const grid_leve
   return grid.bounds[code];
 }
 
-// From the bound that a cell holds to the most that the distance of its center may be.
+// From the bound that a cell holds, but the largest, to the most that the distance of its center
+// may be.
 constexpr double upper_ratio = bound_ratio / (1 - cell_tolerance) * (1 + 1e-6);
 
 // What the bound d of a cell's center says for a point of it.
@@ -189,6 +190,7 @@ distance_bounds bounds_in_cell(const distance_grid_data& grid, const grid_level&
                                const ivec3& i, double d, const dvec3& from) {
   const dvec3 center = (dvec3(i) + 0.5) * level.cell;
   const double near = d * level.cell, away = glm::length(from - center) + grid.rounding;
+  if (d == grid.bounds.back()) return {std::max(near - away, 0.0)};
   return {std::max(near - away, 0.0), near * upper_ratio + away + grid.noise};
 }
 
