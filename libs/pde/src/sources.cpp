@@ -25,8 +25,9 @@ double sample_gaussian(rng_state& rng) {
   return l * std::cos(2 * pi_d * rand1d(rng));
 }
 
-// A peak matters for a ball if it comes within this many standard deviations.
-constexpr double peak_reach = 4;
+// A peak matters for a ball if it comes within this many standard deviations: with four, a
+// thousandth of a Gaussian would be left to samples that hardly ever meet it.
+constexpr double peak_reach = 7;
 
 }  // namespace
 
