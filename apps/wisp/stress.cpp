@@ -7,6 +7,7 @@
 #include "console.h"
 #include "run_report.h"
 #include "stress_hair.h"
+#include "stress_pde.h"
 
 namespace {
 
@@ -21,6 +22,8 @@ int run_stress(const stress_arguments& args) {
   auto options = args.options;
   options.progress = [&](const std::string& text) { line.show(text); };
   auto rows = stress_hair(options);
+  const auto pde = stress_pde(options);
+  rows.insert(rows.end(), pde.begin(), pde.end());
   line.clear();
   auto failed = std::count_if(rows.begin(), rows.end(), [](const auto& r) { return !passes(r); });
   auto text =

@@ -55,13 +55,13 @@ TEST_CASE("pde: sections with shared walks are as far off as they say") {
   for (const shared_case& c : cases()) {
     CAPTURE(c.name);
     const section_grid grid =
-        make_section_grid(c.problem.domain, {.origin = {0, 0, 0.05}, .resolution = 24});
+        make_section_grid(c.problem.domain, {.origin = {0, 0, 0.05}, .resolution = 20});
     REQUIRE(grid.points.size() > 100);
     // few points of each of many runs, as errors of neighbours go together
     scores s;
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       section_options o;
-      o.solve.walks = 256;
+      o.solve.walks = 32;
       o.solve.epsilon = 1e-6;
       o.solve.seed = seed;
       const solution found = solve_section(c.problem, grid, o);
@@ -77,7 +77,7 @@ TEST_CASE("pde: sections with shared walks are as far off as they say") {
     CAPTURE(mean_score);
     CAPTURE(mean_square);
     CHECK(s.mean_is_right());
-    // Errors come from 16 passes (so that squares have a mean of 15 / 13), and points of a
+    // Errors come from passes, and points of a
     // run are not independent.
     CHECK(s.squares / s.count < 1.9);
     CHECK(s.squares / s.count > 0.6);

@@ -156,7 +156,7 @@ TEST_CASE("pde: sources on curves and meshes") {
   const section_grid grid = make_section_grid(all.domain, {.resolution = 12});
   scores z;
   section_options o;
-  o.solve.walks = 1024;
+  o.solve.walks = 256;
   o.solve.epsilon = 1e-6;
   const solution s = solve_section(all, grid, o);
   for (std::size_t i = 0; i < grid.points.size(); i += 3) {

@@ -354,7 +354,12 @@ bool shared_solver::run_pass(const std::vector<char>& wanted) {
 }
 
 solution shared_solver::run() {
-  const std::uint64_t n = options_.walks;
+  // A ball serves many cells: it may have more walks than each of them would have had.
+  const auto for_ball = [](std::uint64_t walks) {
+    return std::clamp<std::uint64_t>(4 * std::min(walks, std::uint64_t{1} << 60), 16,
+                                     std::uint64_t{1} << 62);
+  };
+  const std::uint64_t n = for_ball(options_.walks);
   // Passes of equal size, eight or more where there are walks for it: a standard error
   // comes from their differences.
   block_ = static_cast<std::size_t>(std::clamp<std::uint64_t>(n / 8, 1, max_batch));
@@ -372,7 +377,7 @@ solution shared_solver::run() {
   std::vector<char> wanted = all;
   for (std::uint64_t pass = 0;; ++pass) {
     if (!timed && !to_error && pass == passes) break;
-    if (pass * block_ >= options_.max_walks) break;
+    if (pass * block_ >= for_ball(options_.max_walks)) break;
     if (pass >= least && (timed || to_error)) {
       // with an error, those that have not reached it; with a time alone, every other
       // pass is for those whose error is above the mean
