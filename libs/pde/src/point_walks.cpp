@@ -201,6 +201,9 @@ void walk_from_points(const walk_context& context, const walk_chunk& chunk, int 
       sum.sums.unfinished += unfinished;
       const dvec4 local = first.source - first.mass * laplacian;
       defined = defined && all_finite(w.u) && all_finite(local);
+      for (const dvec3& g : first.source_gradient) {
+        defined = defined && std::isfinite(g.x + g.y + g.z);
+      }
 
       const dvec4 learned = sum.learned.at(first.nu) - sum.learned.mean;  // its mean is 0
       value += C * (controlled ? w.u - learned : w.u) + local;

@@ -11,6 +11,9 @@
 
 namespace wisp {
 
+// Throws std::invalid_argument for options that are not valid.
+void check_options(const solve_options& options);
+
 // Where a point lies, and the ball around it.
 struct point_place {
   point_status status = point_status::ok;

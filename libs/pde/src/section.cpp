@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "domain_data.h"
+#include "point_walks.h"
 #include "section_share.h"
 #include "wisp/core/parallel.h"
 
@@ -121,6 +122,7 @@ section_grid make_section_grid(const pde_domain& domain, const section_plane& pl
 solution solve_section(const pde_problem& problem, const section_grid& grid,
                        const section_options& options) {
   check_problem(problem);
+  check_options(options.solve);
   if (options.share && can_share(problem, options.solve)) {
     return solve_shared(problem, grid, options.solve);
   }

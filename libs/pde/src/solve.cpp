@@ -13,10 +13,6 @@
 
 namespace wisp {
 
-namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
 void check_options(const solve_options& o) {
   const auto fail = [](const char* message) { throw std::invalid_argument(message); };
   if (o.walks == 0) fail("walks should be 1 or more");
@@ -31,6 +27,10 @@ void check_options(const solve_options& o) {
   }
   if (!(o.roulette_radius >= 1)) fail("roulette_radius should be 1 or more");
 }
+
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // The points of a solve, and rounds of walks from them.
 class solver {
@@ -196,8 +196,8 @@ void solver::run_budget() {
   if (options_.directions == first_directions::antithetic) block = 2;
   if (options_.directions == first_directions::stratified) block = 16;
   const auto b = static_cast<std::uint64_t>(block);
+  const double limit = static_cast<double>(options_.max_walks);
   const auto in_blocks = [&](double walks) {
-    const double limit = static_cast<double>(options_.max_walks);
     return (static_cast<std::uint64_t>(std::clamp(walks, 0.0, limit)) + b - 1) / b * b;
   };
   // at least so many that a standard error means something
@@ -209,8 +209,9 @@ void solver::run_budget() {
       for (std::size_t j = 0; j < alive_.size(); ++j) {
         const double n = static_cast<double>(walks_of(alive_[j]));
         const double ratio = worst_error(alive_[j]) / options_.error;
-        const bool done = !(ratio > 1) || n >= static_cast<double>(options_.max_walks);
-        more[j] = done ? 0 : in_blocks(std::clamp(n * (1.1 * ratio * ratio - 1), 8.0, 3 * n));
+        const bool done = !(ratio > 1) || n >= limit;
+        const double wanted = std::clamp(n * (1.1 * ratio * ratio - 1), 8.0, 3 * n);
+        more[j] = done ? 0 : in_blocks(std::min(wanted, limit - n));
         total += static_cast<double>(more[j]);
       }
     } else {
@@ -233,7 +234,7 @@ void solver::run_budget() {
       for (std::size_t j = 0; j < alive_.size(); ++j) {
         const double share = sum > 0 ? wanted[j] / sum : 1 / static_cast<double>(alive_.size());
         const double n = static_cast<double>(walks_of(alive_[j]));
-        more[j] = in_blocks(std::max(share * (done + budget) - n, 0.0));
+        more[j] = in_blocks(std::max(std::min(share * (done + budget), limit) - n, 0.0));
         total += static_cast<double>(more[j]);
       }
     }

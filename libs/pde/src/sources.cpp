@@ -83,13 +83,18 @@ std::uint32_t source_elements::build(std::uint32_t first, std::uint32_t count) {
 bool source_elements::draw(const dvec3& x, double radius, double k, rng_state& rng,
                            source_sample& result) const {
   if (nodes_.empty()) return false;
+  // Outside of a body there is no ball, and `radius` is no length that anything has.
+  const dbox3& all = nodes_[0].box;
+  const double farthest =
+      glm::distance(0.5 * (all.min + all.max), x) + glm::distance(all.min, all.max);
+  const double least = 1e-6 * std::min(radius, farthest);
   // What a node may contribute: never 0 where it reaches into the ball.
   const auto importance = [&](const node& n) {
     const double nearest = distance(n.box, x);
     if (!(nearest < radius)) return 0.0;
     const dvec3 half = 0.5 * (n.box.max - n.box.min);
-    const double r = std::max(
-        {glm::distance(0.5 * (n.box.min + n.box.max), x), 0.5 * glm::length(half), 1e-6 * radius});
+    const double r =
+        std::max({glm::distance(0.5 * (n.box.min + n.box.max), x), 0.5 * glm::length(half), least});
     return n.weight * std::exp(-k * nearest) / r;
   };
   std::uint32_t at = 0;

@@ -65,10 +65,18 @@ bool walkers::return_from_afar(walk& w) {
     w.u += w.weight * context.problem.infinity;
     return false;
   }
-  if (context.has_source)
-    w.u -= context.sources.sample_outside(away, domain.center, context.far_radius, w.rng);
-  if (rand1d(w.rng) * r >= context.far_radius) {
-    w.u += context.problem.infinity;
+  if (context.has_source) {
+    w.u -=
+        w.weight * context.sources.sample_outside(away, domain.center, context.far_radius, w.rng);
+  }
+  const double returns = context.far_radius / r;
+  if (!w.returned) {
+    // Both ways the first time: from afar, hardly a walk would come back by chance.
+    w.returned = true;
+    w.u += w.weight * (1 - returns) * context.problem.infinity;
+    w.weight *= returns;
+  } else if (rand1d(w.rng) >= returns) {
+    w.u += w.weight * context.problem.infinity;
     return false;
   }
   w.x = domain.center + sample_exterior_return(w.rng, away, context.far_radius);

@@ -51,6 +51,7 @@ struct walk {
 
   // within run_walks
   double weight = 1;            // product of mean value factors
+  bool returned = false;        // from beyond the sphere around the boundary
   double held = 0;              // of the biharmonic equation: sum of ball masses, with kernels
   bool only_laplacian = false;  // a walk for the Laplacian at its start
   std::uint32_t parent = none;  // that takes what it finds

@@ -65,7 +65,10 @@ inline double greens_mass(double R, double k) {
     // 1 - C = (sinh x - x) / sinh x by the series of its numerator
     const double q = x * x;
     const double s =
-        1 + q / 20 * (1 + q / 42 * (1 + q / 72 * (1 + q / 110 * (1 + q / 156 * (1 + q / 210)))));
+        1 +
+        q / 20 *
+            (1 +
+             q / 42 * (1 + q / 72 * (1 + q / 110 * (1 + q / 156 * (1 + q / 210 * (1 + q / 272))))));
     return R * R / 6 * s * mean_value_factor(R, k);
   }
   return (1 - mean_value_factor(R, k)) / (k * k);
