@@ -61,7 +61,7 @@ TEST_CASE("pde: sections with shared walks are as far off as they say") {
     scores s;
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       section_options o;
-      o.solve.walks = 32;
+      o.solve.walks = 64;
       o.solve.epsilon = 1e-6;
       o.solve.seed = seed;
       const solution found = solve_section(c.problem, grid, o);
@@ -77,8 +77,8 @@ TEST_CASE("pde: sections with shared walks are as far off as they say") {
     CAPTURE(mean_score);
     CAPTURE(mean_square);
     CHECK(s.mean_is_right());
-    // Errors come from passes, and points of a
-    // run are not independent.
+    // Errors come from 16 passes (squares have a mean of 15 / 13), and points of a run are
+    // not independent.
     CHECK(s.squares / s.count < 1.9);
     CHECK(s.squares / s.count > 0.6);
   }
