@@ -157,7 +157,7 @@ void pde_table::walls() {
   p.domain = pde_domain(sdf_sphere({0, 0, 0}, 1), domain_side::exterior);
   for (const double r : {1.001, 10.0, 1e6}) {
     p.boundary = [](const dvec3& x) { return 1 / glm::distance(x, dvec3{0.5, 0, 0}); };
-    add(fmt::format("outside of a ball, 1 / |x - a| at {:g}", r), p, {0, 0, r},
+    add(fmt::format("outside of a ball, a harmonic field at a distance of {:g}", r), p, {0, 0, r},
         1 / std::hypot(r, 0.5));
   }
   // lap r = 2 / r, lap log r = 1 / r^2
