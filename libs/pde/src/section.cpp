@@ -123,7 +123,7 @@ solution solve_section(const pde_problem& problem, const section_grid& grid,
                        const section_options& options) {
   check_problem(problem);
   check_options(options.solve);
-  if (options.share && can_share(problem, options.solve)) {
+  if (options.share && can_share(problem, grid, options.solve)) {
     return solve_shared(problem, grid, options.solve);
   }
   return solve(problem, grid.points, options.solve);

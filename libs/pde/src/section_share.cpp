@@ -69,6 +69,8 @@ class shared_solver {
     double steps = 0;          // of the last pass
     double unfinished = 0;
     sphere_moments seen = {}, learned = {};
+    tally<dvec4> source = {};             // of f at its samples
+    dvec4 learned_source = {0, 0, 0, 0};  // the mean of that, as of the last pass
   };
 
   double seconds() const { return std::chrono::duration<double>(clock::now() - start_).count(); }
@@ -94,7 +96,6 @@ class shared_solver {
   std::size_t sampled_ = 1;
 
   std::vector<point_place> places_;
-  std::vector<double> source_at_;  // f at the points, by channel
   std::vector<ball> balls_;
   // The balls that serve point i: serving_[first_[i]] .. serving_[first_[i + 1] - 1].
   std::vector<std::uint32_t> first_, serving_;
@@ -112,19 +113,6 @@ void shared_solver::place_points() {
   parallel_for(
       n, options_.threads,
       [&](std::size_t i) { places_[i] = place_point(context_, grid_.points[i]); }, 64);
-  if (context_.sources.has_volume()) {
-    const auto channels = static_cast<std::size_t>(context_.problem.channels);
-    source_at_.resize(n * channels);
-    parallel_for(
-        n, options_.threads,
-        [&](std::size_t i) {
-          const dvec4 f = context_.sources.volume(grid_.points[i]);
-          for (std::size_t c = 0; c < channels; ++c) {
-            source_at_[i * channels + c] = f[static_cast<int>(c)];
-          }
-        },
-        64);
-  }
 }
 
 // The largest balls first; a point that none covers yet gets one.
@@ -203,7 +191,11 @@ void shared_solver::walk_from_balls(std::span<const std::uint32_t> some) {
       walks.push_back(w);
     }
     for (std::size_t j = 0; j < sampled_; ++j) {
-      if (!volumes_.empty()) keep(context_.sources.draw_volume(at, R, rng), at, j, volumes_[b]);
+      if (!volumes_.empty()) {
+        const source_sample drawn = context_.sources.draw_volume(at, R, rng);
+        keep(drawn, at, j, volumes_[b]);
+        if (drawn.density > 0 && context_.sources.has_no_peaks()) ball_sums_[b].source.add(drawn.f);
+      }
       if (!elements_.empty()) keep(context_.sources.draw_element(at, R, rng), at, j, elements_[b]);
     }
   }
@@ -229,12 +221,6 @@ void shared_solver::gather(std::uint32_t point) {
   const dvec3 p = grid_.points[point];
   point_sums& sums = point_sums_[point];
   const auto channels = static_cast<std::size_t>(context_.problem.channels);
-  dvec4 here{0};
-  if (!source_at_.empty()) {
-    for (std::size_t c = 0; c < channels; ++c) {
-      here[static_cast<int>(c)] = source_at_[point * channels + c];
-    }
-  }
   dvec4 total{0};
   double weights = 0;
   const double n = static_cast<double>(block_);
@@ -265,8 +251,10 @@ void shared_solver::gather(std::uint32_t point) {
       kernel.laplacians(nu, kernels);
       for (std::size_t j = 0; j < block_; ++j) value -= kernels[j] / n * r.laplacian[j];
     }
-    // int G (f - f(y)) + f(y) int G: near y, where G is large, little is left to sample
+    // int G (f - m) + m int G with the mean m of f in the ball, as far as it is known
     if (!volumes_.empty()) {
+      const dvec4 here = controlled ? about.learned_source : dvec4{0};
+      value -= kernel.greens_mass() * here;
       const source_records& v = volumes_[b];
       kernel.greens(std::span(v.point).first(sampled_), kernels);
       for (std::size_t j = 0; j < sampled_; ++j) {
@@ -280,7 +268,6 @@ void shared_solver::gather(std::uint32_t point) {
         if (v.weight[j] > 0) value -= kernels[j] * v.f[j];
       }
     }
-    value -= kernel.greens_mass() * here;
     // The variance of the kernel falls like this, and that of a walk does not depend on
     // where in the ball the point is.
     const double q = glm::dot(y, y) / (R * R);
@@ -343,7 +330,10 @@ bool shared_solver::run_pass(const std::vector<char>& wanted) {
   parallel_for(
       points.size(), options_.threads, [&](std::size_t i) { gather(points[i]); }, 64);
   // what the next pass takes for known
-  for (const std::uint32_t b : some) ball_sums_[b].learned = averaged(ball_sums_[b].seen);
+  for (const std::uint32_t b : some) {
+    ball_sums_[b].learned = averaged(ball_sums_[b].seen);
+    ball_sums_[b].learned_source = ball_sums_[b].source.mean;
+  }
   for (const std::uint32_t b : some)
     result_.steps += static_cast<std::uint64_t>(ball_sums_[b].steps);
   for (const std::uint32_t b : some) {
@@ -384,7 +374,7 @@ solution shared_solver::run() {
       const double mean = mean_error();
       for (std::size_t i = 0; i < wanted.size(); ++i) {
         const double limit = to_error ? options_.error : pass % 2 == 1 ? mean : -1;
-        wanted[i] = worst_error(i) > limit;
+        wanted[i] = !point_sums_[i].undefined && worst_error(i) > limit;
       }
     }
     if (!run_pass(wanted)) {
@@ -431,8 +421,10 @@ void shared_solver::finish() {
 
 }  // namespace
 
-bool can_share(const pde_problem& problem, const solve_options& options) {
+bool can_share(const pde_problem& problem, const section_grid& grid, const solve_options& options) {
   if (options.gradient) return false;
+  const double reach = screened_reach / std::sqrt(problem.screening);  // of balls, if c > 0
+  if (served * reach < 2 * grid.cell) return false;
   if (options.point_sources == point_source_estimator::balls && !problem.point_sources.empty()) {
     return false;
   }

@@ -73,6 +73,7 @@ class solver {
   bool run_round(const std::vector<std::uint64_t>& more, int block);
   bool report(std::uint64_t planned);
   double worst_error(std::size_t i) const;
+  double deviation() const;
   double mean_error() const;
   void finish();
 
@@ -95,6 +96,18 @@ double solver::worst_error(std::size_t i) const {
     worst = std::isnan(e[c]) ? std::numeric_limits<double>::infinity() : std::max(worst, e[c]);
   }
   return worst;
+}
+
+// Of blocks of walks: the root mean square over points and channels.
+double solver::deviation() const {
+  double sum = 0, n = 0;
+  for (const std::size_t i : alive_) {
+    const tally<dvec4>& v = states_[i].sums.value;
+    for (int c = 0; c < context_.problem.channels && v.count > 1; ++c, ++n) {
+      sum += v.m2[c] / static_cast<double>(v.count - 1);
+    }
+  }
+  return n > 0 ? std::sqrt(sum / n) : 0;
 }
 
 double solver::mean_error() const {
@@ -175,17 +188,21 @@ bool solver::run_round(const std::vector<std::uint64_t>& more, int block) {
 }
 
 // The same number of walks for each point. Rounds double, so that what one round has
-// learned serves the next.
+// learned serves the next, and all points have something when time is up.
 void solver::run_walks() {
   const std::uint64_t n = options_.walks;
   int block = 1;
   if (options_.directions != first_directions::independent && n % 2 == 0) block = 2;
   if (options_.directions == first_directions::stratified && n % 16 == 0) block = 16;
   planned_ = n * alive_.size();
-  const bool learns = options_.control_variates && (block == 1 || options_.gradient);
+  if (n < 2 * static_cast<std::uint64_t>(block)) block = 1;  // or there would be no error
+  // no round so long that its list of chunks would matter
+  const std::uint64_t most =
+      std::max<std::uint64_t>((std::uint64_t{1} << 26) / std::max<std::size_t>(alive_.size(), 1),
+                              16) /
+      16 * 16;
   for (std::uint64_t done = 0; done < n;) {
-    const std::uint64_t least = learns ? 16 : n;
-    const std::uint64_t more = std::min(n - done, std::max(done, least));
+    const std::uint64_t more = std::min({n - done, std::max<std::uint64_t>(done, 16), most});
     if (!run_round(std::vector<std::uint64_t>(alive_.size(), more), block)) return;
     done += more;
   }
@@ -200,16 +217,23 @@ void solver::run_budget() {
   const auto in_blocks = [&](double walks) {
     return (static_cast<std::uint64_t>(std::clamp(walks, 0.0, limit)) + b - 1) / b * b;
   };
-  // at least so many that a standard error means something
-  const double least = std::max(static_cast<double>(options_.walks) / 4, 16.0);
+  // With an error to reach, at least so many that a standard error means something.
+  const double wanted_least =
+      static_cast<double>(std::min<std::uint64_t>(options_.walks / 4, 65536));
+  const double least = std::min(options_.error > 0 ? std::max(wanted_least, 128.0) : 16.0, limit);
   std::vector<std::uint64_t> more(alive_.size(), in_blocks(least));
   while (run_round(more, block)) {
     double total = 0;
     if (options_.error > 0) {
+      // Walks that all end alike have no variance, which proves little: one more is
+      // counted that deviates as walks do elsewhere.
+      const double spread = deviation();
       for (std::size_t j = 0; j < alive_.size(); ++j) {
-        const double n = static_cast<double>(walks_of(alive_[j]));
-        const double ratio = worst_error(alive_[j]) / options_.error;
-        const bool done = !(ratio > 1) || n >= limit;
+        const walk_sums& s = states_[alive_[j]].sums;
+        const double n = static_cast<double>(s.walks);
+        const double blocks = static_cast<double>(std::max<std::uint64_t>(s.value.count, 1));
+        const double ratio = std::hypot(worst_error(alive_[j]), spread / blocks) / options_.error;
+        const bool done = !(ratio > 1) || n >= limit || s.undefined > 0;
         const double wanted = std::clamp(n * (1.1 * ratio * ratio - 1), 8.0, 3 * n);
         more[j] = done ? 0 : in_blocks(std::min(wanted, limit - n));
         total += static_cast<double>(more[j]);

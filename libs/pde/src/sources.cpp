@@ -31,16 +31,32 @@ constexpr double peak_reach = 7;
 
 }  // namespace
 
-void source_elements::add(const dvec3& a, const dvec3& b, const dvec4& strength) {
+void source_elements::add(const dvec3& a, const dvec3& b, const dvec4& strength, double longest) {
   const double length = glm::distance(a, b);
-  if (length > 0 && largest(strength) > 0) {
-    elements_.push_back({{a, b, b}, false, length, strength});
+  if (!(length > 0) || !(largest(strength) > 0)) return;
+  const double parts = std::clamp(std::ceil(length / longest), 1.0, 16384.0);
+  for (double i = 0; i < parts; ++i) {
+    const dvec3 from = a + i / parts * (b - a), to = a + (i + 1) / parts * (b - a);
+    elements_.push_back({{from, to, to}, false, length / parts, strength});
   }
 }
 
-void source_elements::add(const dvec3& a, const dvec3& b, const dvec3& c, const dvec4& strength) {
+void source_elements::add(const dvec3& a, const dvec3& b, const dvec3& c, const dvec4& strength,
+                          double longest, int splits) {
   const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
-  if (area > 0 && largest(strength) > 0) elements_.push_back({{a, b, c}, true, area, strength});
+  if (!(area > 0) || !(largest(strength) > 0)) return;
+  const double ab = glm::distance(a, b), bc = glm::distance(b, c), ca = glm::distance(c, a);
+  const double side = std::max({ab, bc, ca});
+  if (side <= longest || splits == 0) {
+    elements_.push_back({{a, b, c}, true, area, strength});
+    return;
+  }
+  // halves, by the middle of the longest side
+  if (side > ab && side == bc) return add(b, c, a, strength, longest, splits);
+  if (side > ab && side == ca) return add(c, a, b, strength, longest, splits);
+  const dvec3 middle = 0.5 * (a + b);
+  add(a, middle, c, strength, longest, splits - 1);
+  add(middle, b, c, strength, longest, splits - 1);
 }
 
 void source_elements::build() {
@@ -130,14 +146,15 @@ source_set::source_set(const pde_problem& problem, const solve_options& options)
     if (largest(s.strength) > 0 && problem.domain.contains(s.position)) points_.push_back(s);
   }
   (options.point_sources == point_source_estimator::fundamental ? fields_ : balls_) = points_;
+  const double longest = problem.domain.size() / 64;
   for (const curve_source& c : problem.curve_sources) {
     for (std::size_t i = 0; i + 1 < c.points.size(); ++i) {
-      elements_.add(c.points[i], c.points[i + 1], c.strength);
+      elements_.add(c.points[i], c.points[i + 1], c.strength, longest);
     }
   }
   for (const mesh_source& m : problem.mesh_sources) {
     for (const auto& t : m.triangles) {
-      elements_.add(m.positions[t[0]], m.positions[t[1]], m.positions[t[2]], m.strength);
+      elements_.add(m.positions[t[0]], m.positions[t[1]], m.positions[t[2]], m.strength, longest);
     }
   }
   elements_.build();

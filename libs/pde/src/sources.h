@@ -24,8 +24,10 @@ struct source_sample {
 // their measure, strength and an estimate of the Green's function.
 class source_elements {
  public:
-  void add(const dvec3& a, const dvec3& b, const dvec4& strength);
-  void add(const dvec3& a, const dvec3& b, const dvec3& c, const dvec4& strength);
+  // In parts no longer than `longest`, as points are drawn uniformly within each.
+  void add(const dvec3& a, const dvec3& b, const dvec4& strength, double longest);
+  void add(const dvec3& a, const dvec3& b, const dvec3& c, const dvec4& strength, double longest,
+           int splits = 14);
   void build();
   bool empty() const { return elements_.empty(); }
   double weight() const { return nodes_.empty() ? 0 : nodes_[0].weight; }
@@ -81,6 +83,7 @@ class source_set {
   // the second for curves and meshes.
   source_sample draw_volume(const dvec3& x, double R, rng_state& rng) const;
   source_sample draw_element(const dvec3& x, double R, rng_state& rng) const;
+  bool has_no_peaks() const { return peaks_.empty(); }
   bool has_elements() const { return !elements_.empty(); }
   bool has_volume() const { return static_cast<bool>(volume_); }
   dvec4 volume(const dvec3& p) const { return volume_(p); }

@@ -24,6 +24,8 @@ struct walkers {
  private:
   // The walk comes to its end at a point of the boundary.
   void finish(walk& w, const boundary_point& at);
+  // It is given up, and takes the value of the boundary within `reach`, if there is any.
+  void cut_short(walk& w, double reach);
   // Beyond the sphere around the boundary. False: the walk is over.
   bool return_from_afar(walk& w);
   // One ball. False: the walk is over.
@@ -41,6 +43,14 @@ void walkers::finish(walk& w, const boundary_point& at) {
   w.u += g - w.held * w.laplacian;
 }
 
+void walkers::cut_short(walk& w, double reach) {
+  w.unfinished = true;
+  const pde_domain::nearest near = context.domain.find_boundary(w.x, reach);
+  if (near.ends) return finish(w, near.at);
+  // nothing is known here: not a number is better than any
+  w.u = w.laplacian = dvec4{std::numeric_limits<double>::quiet_NaN()};
+}
+
 bool walkers::return_from_afar(walk& w) {
   const domain_data& domain = context.domain;
   const dvec3 away = w.x - domain.center;
@@ -49,8 +59,7 @@ bool walkers::return_from_afar(walk& w) {
   if (!context.exterior()) {
     // out through a hole of the boundary, and not likely to come back
     if (r < 4 * context.far_radius) return true;
-    w.unfinished = true;
-    finish(w, domain.find_boundary(w.x, 2 * r).at);
+    cut_short(w, 2 * r);
     return false;
   }
   const solve_options& o = context.options;
@@ -153,8 +162,7 @@ void walkers::run() {
         radius = std::max(radius, near.distance);
       }
       if (w.steps >= max_steps || !(radius > 0)) {
-        w.unfinished = true;
-        finish(w, context.domain.find_boundary(w.x, 4 * radius + context.epsilon).at);
+        cut_short(w, 4 * radius + context.epsilon);
         continue;
       }
       if (step(now[i], std::min(radius, context.max_radius))) active.push_back(now[i]);
