@@ -8,8 +8,8 @@
 
 #include "finish.h"
 #include "wisp/core/parallel.h"
-#include "wisp/geometry/spatial_order.h"
 #include "wisp/geometry/closest_point.h"
+#include "wisp/geometry/spatial_order.h"
 
 namespace wisp {
 

@@ -7,8 +7,8 @@
 
 #include "fast_winding_data.h"
 #include "wisp/core/parallel.h"
-#include "wisp/geometry/spatial_order.h"
 #include "wisp/geometry/point_cloud.h"
+#include "wisp/geometry/spatial_order.h"
 
 namespace wisp {
 

@@ -10,8 +10,8 @@
 #include "query.h"
 #include "winding_exact.h"
 #include "wisp/core/parallel.h"
-#include "wisp/geometry/spatial_order.h"
 #include "wisp/geometry/fast_winding.h"
+#include "wisp/geometry/spatial_order.h"
 
 namespace wisp {
 
