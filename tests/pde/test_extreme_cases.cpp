@@ -277,7 +277,7 @@ TEST_CASE("pde: empty domains are refused and parts need not be connected") {
   const sdf disjoint = sdf_intersection(apart);
   CHECK_THROWS_AS(solve(harmonic(pde_domain()), {}, {}), std::invalid_argument);
   CHECK_THROWS_AS(solve(harmonic(pde_domain(disjoint)), {}, {}), std::invalid_argument);
-  CHECK_THROWS_AS(solve(harmonic(domain_of({})), {}, {}), std::invalid_argument);
+  CHECK_THROWS_AS(solve(harmonic(domain_of({{}, {}})), {}, {}), std::invalid_argument);
   // empty, though its box does not tell: nowhere is inside
   const pde_domain hollow(sdf_difference(empty));
   const dvec3 points[] = {{0, 0, 0}, {0.9, 0, 0}};
