@@ -10,6 +10,7 @@ using command_action = std::function<int()>;
 
 command_action add_render(CLI::App& app, const std::string& command_line);
 command_action add_solve(CLI::App& app, const std::string& command_line);
+command_action add_study(CLI::App& app, const std::string& command_line);
 command_action add_info(CLI::App& app);
 command_action add_convert(CLI::App& app);
 command_action add_stress(CLI::App& app);

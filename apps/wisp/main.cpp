@@ -46,6 +46,7 @@ int main(int argc, char** argv) {
   app.footer("Each command has its own --help with an example.");
   auto render = add_render(app, quote_command(argc, argv));
   auto solve = add_solve(app, quote_command(argc, argv));
+  auto study = add_study(app, quote_command(argc, argv));
   auto info = add_info(app);
   auto convert = add_convert(app);
   auto stress = add_stress(app);
@@ -73,6 +74,7 @@ int main(int argc, char** argv) {
   try {
     if (app.got_subcommand("render")) return render();
     if (app.got_subcommand("solve")) return solve();
+    if (app.got_subcommand("study")) return study();
     if (app.got_subcommand("info")) return info();
     if (app.got_subcommand("stress")) return stress();
     return convert();

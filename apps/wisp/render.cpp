@@ -1,16 +1,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <limits>
-#include <map>
 
 #include "commands.h"
 #include "console.h"
+#include "option_checks.h"
+#include "picture_options.h"
 #include "run_report.h"
 #include "section_render.h"
 #include "wisp/core/parallel.h"
@@ -41,34 +40,6 @@ struct render_arguments {
   uint64_t walks = 0;  // of sections; 0: those of their problems
   wisp::trace_options trace;
 };
-
-// "W" or "WxH".
-void parse_resolution(const std::string& text, wisp::trace_options& options) {
-  auto number = [&](const std::string& digits) {
-    if (digits.empty() || digits.size() > 6 ||
-        digits.find_first_not_of("0123456789") != std::string::npos)
-      throw usage_error(fmt::format(
-          "--resolution: '{}' is not a size; give a width as 1280 or a size as 1280x720", text));
-    return std::stoi(digits);
-  };
-  auto x = text.find_first_of("xX");
-  options.width = number(text.substr(0, x));
-  options.height = x == std::string::npos ? 0 : number(text.substr(x + 1));
-  if (options.width < 1 || options.width > 65536 ||
-      (x != std::string::npos && options.height < 1) || options.height > 65536)
-    throw usage_error(
-        fmt::format("--resolution: each side of '{}' must be 1 to 65536 pixels", text));
-}
-
-int find_camera(const wisp::scene_data& scene, const std::string& name) {
-  if (name.empty()) return 0;
-  for (std::size_t i = 0; i < scene.cameras.size(); i++)
-    if (scene.cameras[i].name == name) return static_cast<int>(i);
-  std::string names;
-  for (const auto& camera : scene.cameras) names += (names.empty() ? "" : ", ") + camera.name;
-  throw usage_error(fmt::format("--camera: the scene has no camera '{}'; it has: {}", name,
-                                names.empty() ? "none" : names));
-}
 
 void check_report(const std::string& output) {
   auto folder = fs::absolute(output).parent_path();
@@ -144,12 +115,7 @@ int run_render(render_arguments args, const std::string& command_line) {
   if (!args.resolution.empty()) parse_resolution(args.resolution, args.trace);
   check_outputs(args);
   auto& options = args.trace;
-  static const std::map<std::string, wisp::pixel_filter> filters = {
-      {"box", wisp::pixel_filter::box},
-      {"tent", wisp::pixel_filter::tent},
-      {"gaussian", wisp::pixel_filter::gaussian},
-      {"blackman-harris", wisp::pixel_filter::blackman_harris}};
-  options.filter = filters.at(args.filter);
+  options.filter = filter_of(args.filter);
   for (const auto& aov : args.aovs) {
     options.albedo |= aov == "albedo";
     options.normal |= aov == "normal";
@@ -281,28 +247,6 @@ int run_render(render_arguments args, const std::string& command_line) {
   return interrupted ? exit_interrupted : 0;
 }
 
-// CLI11's own checks let NaN pass and print limits of three hundred digits.
-CLI::Validator number_check(double least, const std::string& range,
-                            double most = std::numeric_limits<double>::max()) {
-  return {[=](const std::string& text) -> std::string {
-            char* end = nullptr;
-            double value = std::strtod(text.c_str(), &end);
-            bool whole = !text.empty() && *end == '\0';
-            if (whole && value >= least && value <= most) return "";
-            return fmt::format("'{}' must be a number {}", text, range);
-          },
-          "", ""};
-}
-
-// strtoull, which CLI11 calls, makes 2^64 - 1 of -1.
-std::string check_seed(const std::string& text) {
-  uint64_t seed = 0;
-  auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error == std::errc() && end == text.data() + text.size()) return "";
-  return fmt::format("'{}' must be a whole number from 0 to {}", text,
-                     std::numeric_limits<uint64_t>::max());
-}
-
 }  // namespace
 
 command_action add_render(CLI::App& app, const std::string& command_line) {
@@ -328,7 +272,7 @@ command_action add_render(CLI::App& app, const std::string& command_line) {
       ->check(CLI::Range(0, 65536))
       ->capture_default_str();
   cmd->add_option("--exposure", args->exposure, "Stops, for .png and .jpg")
-      ->check(number_check(-100, "from -100 to 100", 100));
+      ->check(check_number(-100, "from -100 to 100", 100));
   cmd->add_option("--tonemap", args->tonemap, "Curve of .png and .jpg: filmic or srgb")
       ->check(CLI::IsMember({"filmic", "srgb"}))
       ->capture_default_str();
@@ -341,26 +285,26 @@ command_action add_render(CLI::App& app, const std::string& command_line) {
       ->option_text("NAME=blackman-harris");
   cmd->add_option("--clamp", o.clamp,
                   "Largest radiance of a path; 0 (default) is none, as it should be")
-      ->check(number_check(0, "of at least 0", largest_float));
+      ->check(check_number(0, "of at least 0", largest_float));
   cmd->add_option("--walks", args->walks,
                   "Walks for each cell of a section; default: those of its problem")
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 40))
+      ->check(check_whole(1, uint64_t{1} << 40))
       ->option_text("N");
   cmd->add_flag("--hide-environment", o.hide_environment,
                 "Black, transparent background; the sky still lights");
   cmd->add_flag("--half", args->half_float, ".exr with half-float colours");
   cmd->add_flag("--compact", args->compact, "Smaller ray structures, somewhat slower");
   cmd->add_option("--seed", o.seed, "Seed of the random numbers")
-      ->check(CLI::Validator(check_seed, "", ""))
+      ->check(check_whole(0, std::numeric_limits<uint64_t>::max()))
       ->capture_default_str();
   cmd->add_option("--threads", o.threads, "Threads; 0: all")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   cmd->add_option("--time", o.seconds, "Stop after this many seconds of rendering")
-      ->check(number_check(std::numeric_limits<double>::denorm_min(), "greater than 0"));
+      ->check(check_number(std::numeric_limits<double>::denorm_min(), "greater than 0"));
   cmd->add_option("--error", o.error, "Stop when the estimated error of the image is below")
       ->check(
-          number_check(std::numeric_limits<float>::denorm_min(), "greater than 0", largest_float));
+          check_number(std::numeric_limits<float>::denorm_min(), "greater than 0", largest_float));
   cmd->add_option("--report", args->report, "JSON report of time, memory and what was built");
   cmd->add_flag("--quiet", args->quiet, "No progress, no warnings, no summary");
   cmd->callback([args, cmd] {

@@ -53,36 +53,45 @@ std::size_t split(std::string_view line, F&& visit) {
   }
 }
 
+constexpr std::size_t no_column = ~std::size_t{0};
+
 struct table_columns {
-  std::array<std::size_t, 3> of = {};  // of x, y, z
+  std::vector<std::size_t> of = {};  // of each name, or no_column
   std::size_t count = 0;
 };
 
-table_columns read_header(const std::string& file, std::size_t number, std::string_view line) {
-  constexpr std::size_t none = ~std::size_t{0};
+bool same_name(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
+    return std::tolower(static_cast<unsigned char>(x)) ==
+           std::tolower(static_cast<unsigned char>(y));
+  });
+}
+
+table_columns read_header(const std::string& file, std::size_t number, std::string_view line,
+                          std::span<const std::string> names, std::size_t needed) {
   const auto fail = [&](const std::string& reason) {
     throw wisp::file_error(file, fmt::format("line {}", number), reason);
   };
   table_columns columns;
-  columns.of.fill(none);
+  columns.of.assign(names.size(), no_column);
   columns.count = split(line, [&](std::size_t i, std::string_view name) {
-    if (name.size() != 1) return;
-    const int c = std::tolower(static_cast<unsigned char>(name[0])) - 'x';
-    if (c < 0 || c > 2) return;
-    auto& column = columns.of[static_cast<std::size_t>(c)];
-    if (column != none) fail(fmt::format("names the column {} twice", name));
-    column = i;
+    for (std::size_t c = 0; c < names.size(); ++c) {
+      if (!same_name(name, names[c])) continue;
+      if (columns.of[c] != no_column) fail(fmt::format("names the column {} twice", name));
+      columns.of[c] = i;
+    }
   });
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (columns.of[c] == none) {
-      fail(fmt::format("is {}, without a column {}; it must name the columns, as in x,y,z",
-                       shown(line), "xyz"[c]));
+  for (std::size_t c = 0; c < needed; ++c) {
+    if (columns.of[c] == no_column) {
+      fail(fmt::format("is {}, without a column {}; it must name the columns, as in {}",
+                       shown(line), names[c], fmt::join(names.first(needed), ",")));
     }
   }
   return columns;
 }
 
-double parse_number(const std::string& file, std::size_t number, char name, std::string_view text) {
+double parse_number(const std::string& file, std::size_t number, const std::string& name,
+                    std::string_view text) {
   const auto fail = [&](const std::string& reason) {
     throw wisp::file_error(file, fmt::format("line {}", number), reason);
   };
@@ -116,13 +125,15 @@ std::string read_text(const fs::path& path) {
 
 }  // namespace
 
-std::vector<wisp::dvec3> load_points(const fs::path& path) {
+number_table load_table(const fs::path& path, std::span<const std::string> names,
+                        std::size_t needed) {
   const std::string text = read_text(path);
   const std::string file = path.string();
   std::string_view rest = text;
   if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
-  std::vector<wisp::dvec3> points;
+  number_table table;
   table_columns columns;
+  std::vector<std::string_view> fields(names.size());
   for (std::size_t number = 1; !rest.empty(); ++number) {
     // lines end with \n, \r\n or, of old, \r
     const auto end = rest.find_first_of("\r\n");
@@ -131,12 +142,12 @@ std::vector<wisp::dvec3> load_points(const fs::path& path) {
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + (pair ? 2 : 1));
     if (trim(line).empty() || trim(line)[0] == '#') continue;
     if (columns.count == 0) {
-      columns = read_header(file, number, line);
+      columns = read_header(file, number, line, names, needed);
+      for (const std::size_t c : columns.of) table.known.push_back(c != no_column);
       continue;
     }
-    std::array<std::string_view, 3> fields;
     const std::size_t count = split(line, [&](std::size_t i, std::string_view field) {
-      for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t c = 0; c < names.size(); ++c)
         if (columns.of[c] == i) fields[c] = field;
     });
     if (count != columns.count) {
@@ -144,16 +155,29 @@ std::vector<wisp::dvec3> load_points(const fs::path& path) {
                              fmt::format("has {} column{}, but the first line names {}", count,
                                          count == 1 ? "" : "s", columns.count));
     }
-    wisp::dvec3 p;
-    for (int c = 0; c < 3; ++c) {
-      p[c] = parse_number(file, number, "xyz"[c], fields[static_cast<std::size_t>(c)]);
+    for (std::size_t c = 0; c < names.size(); ++c) {
+      table.numbers.push_back(table.known[c] ? parse_number(file, number, names[c], fields[c])
+                                             : std::numeric_limits<double>::quiet_NaN());
     }
-    points.push_back(p);
+    ++table.rows;
   }
   if (columns.count == 0) {
-    throw wisp::file_error(file, "", "is empty; its first line must name the columns x,y,z");
+    throw wisp::file_error(file, "",
+                           fmt::format("is empty; its first line must name the columns {}",
+                                       fmt::join(names.first(needed), ",")));
   }
-  if (points.empty()) throw wisp::file_error(file, "", "has no points after its first line");
+  if (table.rows == 0) throw wisp::file_error(file, "", "has no points after its first line");
+  return table;
+}
+
+std::vector<wisp::dvec3> load_points(const fs::path& path) {
+  static const std::array<std::string, 3> names = {"x", "y", "z"};
+  const number_table table = load_table(path, names, names.size());
+  std::vector<wisp::dvec3> points;
+  points.reserve(table.rows);
+  for (std::size_t i = 0; i < table.numbers.size(); i += 3) {
+    points.push_back({table.numbers[i], table.numbers[i + 1], table.numbers[i + 2]});
+  }
   return points;
 }
 

@@ -4,15 +4,26 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "wisp/core/math.h"
 #include "wisp/pde/problem.h"
 #include "wisp/pde/solve.h"
 
-// Reads points from a table whose first line names its columns: x, y and z in any order;
-// others are passed over, as are empty lines and those that begin with #. Coordinates may
-// be nan or inf. Throws wisp::file_error with the line of what is wrong.
+// Numbers of a table, row by row: names.size() in each; NaN in columns that it has not.
+struct number_table {
+  std::size_t rows = 0;
+  std::vector<double> numbers = {};
+  std::vector<bool> known = {};  // which columns it has
+};
+// Reads the columns `names` of a table whose first line names its columns, in any order;
+// others are passed over, as are empty lines and those that begin with #. The first
+// `needed` must be there. Throws wisp::file_error with the line of what is wrong.
+number_table load_table(const std::filesystem::path& path, std::span<const std::string> names,
+                        std::size_t needed);
+
+// Reads the columns x, y and z, as load_table does. Coordinates may be nan or inf.
 std::vector<wisp::dvec3> load_points(const std::filesystem::path& path);
 
 // Writes one row for each point. Columns: x,y,z,value,std_error,walks,mean_steps; with

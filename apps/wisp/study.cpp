@@ -1,0 +1,453 @@
+// wisp study: error against run time.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+
+#include "commands.h"
+#include "console.h"
+#include "estimators.h"
+#include "option_checks.h"
+#include "run_report.h"
+#include "study_compare.h"
+#include "study_json.h"
+#include "study_measures.h"
+#include "study_page.h"
+#include "study_plot.h"
+#include "study_subjects.h"
+#include "wisp/core/parallel.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// A folder that goes away again if nothing comes into it.
+class output_folder {
+ public:
+  explicit output_folder(const fs::path& path) : path_(path) {
+    std::error_code error;
+    if (fs::exists(path) && !fs::is_directory(path)) {
+      throw wisp::file_error(path.string(), "", "is a file, where a folder is to be");
+    }
+    made_ = fs::create_directories(path, error);
+    if (error) throw wisp::file_error(path.string(), "", "cannot be made: " + error.message());
+    if (access(path.c_str(), W_OK) != 0) {
+      throw wisp::file_error(path.string(), "", "is a folder without the right to write in it");
+    }
+  }
+  ~output_folder() {
+    std::error_code ignored;
+    if (made_) fs::remove(path_, ignored);  // only if it is empty
+  }
+  output_folder(const output_folder&) = delete;
+  output_folder& operator=(const output_folder&) = delete;
+
+ private:
+  fs::path path_;
+  bool made_ = false;
+};
+
+// "1,2,4" and "4..256", which doubles.
+std::vector<std::uint64_t> parse_budgets(const std::string& text) {
+  const auto fail = [&] {
+    throw usage_error(fmt::format(
+        "--budgets: '{}' must be whole numbers from 1, as 1,2,4 or, doubling, 4..256", text));
+  };
+  const auto whole = [&](std::string_view digits) {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error != std::errc() || end != digits.data() + digits.size() || value == 0 ||
+        value > (std::uint64_t{1} << 40))
+      fail();
+    return value;
+  };
+  std::vector<std::uint64_t> budgets;
+  for (std::size_t at = 0; at <= text.size();) {
+    const auto comma = std::min(text.find(',', at), text.size());
+    const std::string_view item = std::string_view(text).substr(at, comma - at);
+    at = comma + 1;
+    if (const auto dots = item.find(".."); dots != std::string_view::npos) {
+      const auto first = whole(item.substr(0, dots)), last = whole(item.substr(dots + 2));
+      if (first > last) fail();
+      for (auto b = first; b <= last; b *= 2) budgets.push_back(b);
+    } else {
+      budgets.push_back(whole(item));
+    }
+  }
+  std::sort(budgets.begin(), budgets.end());
+  budgets.erase(std::unique(budgets.begin(), budgets.end()), budgets.end());
+  return budgets;
+}
+
+bool asks_for_problem(const solve_arguments& s) {
+  return !s.problem.empty() || !s.points.empty() || !s.section.empty() || !s.estimators.empty() ||
+         s.gradient || s.epsilon > 0 || s.max_steps > 0;
+}
+bool asks_for_picture(const study_arguments& args) {
+  return args.picture || !args.resolution.empty() || !args.camera.empty() || args.bounces >= 0 ||
+         !args.filter.empty() || args.clamp > 0;
+}
+
+void check_arguments(const study_arguments& args) {
+  if (args.compare.empty() && args.solve.scene.empty()) {
+    throw usage_error("give a scene, or --compare with two files study.json");
+  }
+  if (!args.compare.empty() && !args.solve.scene.empty()) {
+    throw usage_error("a scene and --compare exclude each other");
+  }
+  if (args.compare.size() == 1) throw usage_error("--compare: give at least two files study.json");
+  if (args.images.size() != args.image_seconds.size()) {
+    throw usage_error("each --image needs its --seconds, the time that it took to make");
+  }
+  if (asks_for_problem(args.solve) && asks_for_picture(args)) {
+    throw usage_error(
+        "options of pictures (--picture, --resolution, --camera, --bounces, --filter, --clamp) and "
+        "of problems (--problem, --points, --section, --estimator, --gradient, --epsilon, "
+        "--max-steps) exclude each other");
+  }
+}
+
+// Where options do not tell: the problems of a scene that has some.
+bool means_problem(const study_arguments& args) {
+  if (asks_for_picture(args)) return false;
+  if (asks_for_problem(args.solve)) return true;
+  if (ending(args.solve.scene) != ".json") return false;
+  std::ifstream in(args.solve.scene, std::ios::binary);
+  const auto scene = nlohmann::json::parse(in, nullptr, false);
+  return scene.is_object() && scene.contains("problems") && !scene["problems"].empty();
+}
+
+// Budgets of all runs, and how many are done: what the time left follows from.
+class study_progress {
+ public:
+  study_progress(progress_line& line, double total) : line_(line), total_(total) {}
+
+  std::optional<study_measurement> run(const study_subject& subject, std::uint64_t budget,
+                                       std::uint64_t seed, const std::string& text) {
+    const auto weight = static_cast<double>(budget);
+    show(text, 0);
+    auto m = subject.run(budget, seed, [&](double part) { show(text, part * weight); });
+    done_ += weight;
+    return m;
+  }
+
+ private:
+  void show(const std::string& text, double part) {
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - start_;
+    const double done = done_ + part;
+    std::string left;
+    if (done > 0) left = ", " + format_duration((total_ - done) / done * since.count()) + " left";
+    line_.show(fmt::format("study: {}{}", text, left));
+  }
+
+  progress_line& line_;
+  double total_, done_ = 0;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// The reference, and where it is a run of its own a file of it.
+study_reference make_reference(const study_arguments& args, const study_subject& subject,
+                               std::uint64_t largest, study_progress& progress) {
+  study_reference r;
+  if (!args.reference.empty()) {
+    r.kind = "file";
+    r.source = args.reference;
+    r.values = subject.load_reference(args.reference);
+  } else if (!subject.exact.empty()) {
+    r.kind = "exact";
+    r.source = subject.exact_text;
+    r.values.mean = subject.exact;
+    // A short run, so that the first that counts does not pay for cold caches.
+    progress.run(subject, 1, args.solve.seed, "warming up");
+  } else {
+    const std::uint64_t budget = std::min(16 * largest, subject.most);
+    r.kind = "run";
+    r.source = fmt::format("{} {}, seed {}", budget, subject.unit, args.solve.seed);
+    auto m = progress.run(subject, budget, args.solve.seed,
+                          fmt::format("reference of {} {}", budget, subject.unit));
+    if (!m) throw study_interrupted();
+    r.seconds = m->seconds;
+    r.values = std::move(m->values);
+    subject.save_reference(fs::path(args.output) / ("reference" + subject.reference_ending),
+                           r.values);
+  }
+  if (std::none_of(r.values.mean.begin(), r.values.mean.end(),
+                   [](double v) { return std::isfinite(v); })) {
+    throw wisp::file_error(
+        args.solve.scene, "",
+        "has nothing to study: the reference has no value at any point; are they "
+        "in the domain?");
+  }
+  r.error = root_mean_square(r.values.error);
+  if (subject.kind == "pde") {
+    const double size = root_mean_square(r.values.mean);
+    r.relative_floor = size > 0 ? 0.01 * size * size : 1;
+  }
+  return r;
+}
+
+// All runs, repeat by repeat, so that a study that is stopped has a curve, and a machine
+// that slows down slows all budgets.
+void make_runs(const study_arguments& args, const study_subject& subject,
+               std::vector<std::uint64_t> budgets, study_progress& progress, study_result& result) {
+  study_tally tally;
+  double seconds = 0;
+  std::uint64_t seed = args.solve.seed;
+  for (int repeat = 0; repeat < args.repeats && !result.interrupted; ++repeat) {
+    for (std::size_t i = 0; i < budgets.size(); ++i) {
+      if (args.solve.time > 0 && seconds >= args.solve.time) {
+        result.warnings.push_back(
+            fmt::format("--time ended the study in repeat {} of {}", repeat + 1, args.repeats));
+        result.rows = tally.rows(result.reference);
+        return;
+      }
+      const auto budget = budgets[i];
+      auto m = progress.run(
+          subject, budget, ++seed,
+          fmt::format("{} {}, repeat {} of {}", budget, subject.unit, repeat + 1, args.repeats));
+      if (!m) {
+        result.interrupted = true;
+        break;
+      }
+      study_run run;
+      run.budget = budget;
+      run.repeat = repeat;
+      run.seed = seed;
+      run.seconds = m->seconds;
+      run.cpu_seconds = m->cpu_seconds;
+      run.build_seconds = m->build_seconds;
+      run.errors = measure_errors(m->values, result.reference);
+      seconds += m->seconds;
+      tally.add(run, m->values);
+      result.runs.push_back(run);
+      if (args.solve.error > 0 && run.errors.estimated < args.solve.error) {
+        budgets.resize(i + 1);  // for all repeats
+      }
+    }
+  }
+  result.rows = tally.rows(result.reference);
+}
+
+void save_study(const study_arguments& args, const study_result& result) {
+  const fs::path folder(args.output);
+  save_text(folder / "study.csv", rows_csv(result));
+  save_text(folder / "runs.csv", runs_csv(result));
+  save_text(folder / "study.json", json_text(study_json(result)) + "\n");
+  if (args.no_plots) {
+    std::error_code ignored;  // of an earlier study
+    for (const char* plot : {"study.svg", "study.png"}) fs::remove(folder / plot, ignored);
+  } else {
+    const std::string names[] = {result.title};
+    plot_studies({&result, 1}, names, folder, "study");
+  }
+  save_text(folder / "index.html", study_page(result, folder));
+}
+
+int run_compare(const study_arguments& args, const std::string& command_line) {
+  if (!args.no_plots) check_gnuplot();
+  std::vector<study_result> studies;
+  for (const auto& file : args.compare) studies.push_back(load_study(file));
+  const auto names = name_studies(studies, args.compare);
+  const auto differences = find_differences(studies, args.compare);
+  const output_folder made(args.output);
+  const fs::path folder(args.output);
+  using json = nlohmann::ordered_json;
+  const auto known = [](double v) { return std::isfinite(v) ? json(v) : json(); };
+  json list = json::array();
+  for (std::size_t i = 0; i < studies.size(); ++i) {
+    const auto r = compare_studies(studies[i], studies[0]);
+    list.push_back({{"name", names[i]},
+                    {"file", args.compare[i]},
+                    {"slope", known(studies[i].time_fit.slope)},
+                    {"slope_half_width_95", known(studies[i].time_fit.half_width)},
+                    {"at_error", known(r.error)},
+                    {"time_ratio", known(r.time)},
+                    {"time_ratio_low_95", known(r.low)},
+                    {"time_ratio_high_95", known(r.high)},
+                    {"extrapolated", r.outside}});
+  }
+  const json report = {{"wisp", WISP_VERSION},
+                       {"command", command_line},
+                       {"studies", list},
+                       {"differences", differences}};
+  save_text(folder / "compare.json", json_text(report) + "\n");
+  if (!args.no_plots) plot_studies(studies, names, folder, "compare");
+  save_text(folder / "index.html", compare_page(studies, names, differences, folder, command_line));
+  if (!args.solve.quiet) {
+    fmt::print("{}\n{}\n", compare_text(studies, names, differences),
+               (folder / "index.html").string());
+  }
+  return 0;
+}
+
+int run_study(const study_arguments& args, const std::string& command_line) {
+  check_arguments(args);
+  if (!args.compare.empty()) return run_compare(args, command_line);
+  if (!args.no_plots) check_gnuplot();
+  progress_line line(args.solve.quiet);
+  watch_interrupts();
+  wisp::warning_list warnings;
+  study_result result;
+  try {
+    const auto watch = [&](const std::string& text) {
+      line.show(text);
+      return !interrupt_flag().load();
+    };
+    const study_subject subject = means_problem(args) ? make_pde_subject(args, watch, warnings)
+                                                      : make_picture_subject(args, watch, warnings);
+    line.clear();
+    print_warnings(warnings, args.solve.quiet);
+    const auto budgets = args.budgets.empty() ? subject.budgets : args.budgets;
+    if (budgets.back() > subject.most) {
+      throw usage_error(fmt::format("--budgets: {} {} are more than {}", budgets.back(),
+                                    subject.unit, subject.most));
+    }
+    result.version = WISP_VERSION;
+    result.command = command_line;
+    result.scene = args.solve.scene;
+    result.kind = subject.kind;
+    result.title = subject.title;
+    result.unit = subject.unit;
+    result.size = subject.size;
+    result.method = subject.method;
+    result.threads = wisp::thread_count(args.solve.threads);
+    result.machine = describe_machine(result.threads);
+    result.repeats = args.repeats;
+    result.load_seconds = subject.load_seconds;
+    result.build_seconds = subject.build_seconds;
+    result.warnings = warnings;
+    const output_folder made(args.output);
+
+    double total = 0;
+    for (const auto b : budgets) total += static_cast<double>(b) * args.repeats;
+    if (args.reference.empty() && subject.exact.empty())
+      total += 16 * static_cast<double>(budgets.back());
+    study_progress progress(line, total);
+    result.reference = make_reference(args, subject, budgets.back(), progress);
+    for (std::size_t i = 0; i < args.images.size(); ++i) {
+      const auto values = subject.load_reference(args.images[i]);
+      result.images.push_back(
+          {args.images[i], args.image_seconds[i], measure_errors(values, result.reference)});
+    }
+    make_runs(args, subject, budgets, progress, result);
+    line.clear();
+    if (result.runs.empty()) throw study_interrupted();
+    result.time_fit = fit_time(result.runs);
+    result.budget_fit = fit_budget(result.runs);
+    save_study(args, result);
+    if (!args.solve.report.empty()) {
+      const nlohmann::ordered_json report = {
+          {"wisp", WISP_VERSION},
+          {"command", command_line},
+          {"scene", args.solve.scene},
+          {"threads", result.threads},
+          {"seconds", {{"load", result.load_seconds}, {"build", result.build_seconds}}},
+          {"peak_memory_bytes", peak_memory_bytes()},
+          {"interrupted", result.interrupted},
+          {"warnings", warnings},
+          {"parts", parts_json(subject.parts())}};
+      save_text(args.solve.report, json_text(report) + "\n");
+    }
+  } catch (const study_interrupted&) {
+    line.clear();
+    fmt::print(stderr, "wisp: stopped before the first run; nothing saved\n");
+    return exit_interrupted;
+  }
+  if (!args.solve.quiet) {
+    fmt::print("{}\n{}\n", study_text(result), (fs::path(args.output) / "index.html").string());
+  }
+  return result.interrupted ? exit_interrupted : 0;
+}
+
+}  // namespace
+
+command_action add_study(CLI::App& app, const std::string& command_line) {
+  auto args = std::make_shared<study_arguments>();
+  auto budgets = std::make_shared<std::string>();
+  auto& s = args->solve;
+  constexpr double smallest = std::numeric_limits<double>::denorm_min();
+  auto* cmd = app.add_subcommand("study", "Measure error against run time, of a picture or a PDE");
+  cmd->footer(
+      "Example:\n  wisp study scene.json -o folder --budgets 1..256 --repeats 5\n"
+      "  wisp study scene.json -o folder --section cut --estimator independent\n"
+      "  wisp study --compare a/study.json b/study.json -o both\n"
+      "Writes study.csv, runs.csv, study.json, study.svg, study.png and index.html. Without a "
+      "known "
+      "solution or --reference, the reference is a run of 16 times the largest budget, which is "
+      "kept as reference.exr or .csv.\n" +
+      estimator_help());
+  cmd->add_option("scene", s.scene, "Scene file");
+  cmd->add_option("-o,--output", args->output, "Folder to write; it is made")->required();
+  cmd->add_option("--budgets", *budgets,
+                  "Samples or walks, as 1,2,4 or, doubling, 4..256; default: seven")
+      ->option_text("LIST");
+  cmd->add_option("--repeats", args->repeats, "Runs of each budget, with different seeds")
+      ->check(CLI::Range(1, 10000))
+      ->option_text("N=3");
+  cmd->add_option("--reference", args->reference,
+                  "What is true: .exr of a picture, .csv of a PDE, as wisp writes them");
+  cmd->add_option("--image", args->images,
+                  "Another program's result, to be marked in the plot; may be given several times")
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  cmd->add_option("--seconds", args->image_seconds, "How long that image took")
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->check(check_number(smallest, "greater than 0"))
+      ->option_text("S");
+  cmd->add_option("--compare", args->compare, "Files study.json to lay side by side")
+      ->option_text("A.json B.json ...");
+  cmd->add_flag("--no-plots", args->no_plots, "Without study.svg and .png, which need gnuplot");
+  cmd->add_flag("--picture", args->picture, "The picture of a scene that has problems, too");
+  cmd->add_option("--resolution", args->resolution, "Of pictures: W or WxH; default: 256");
+  cmd->add_option("--camera", args->camera, "Of pictures: camera by name; default: the first");
+  cmd->add_option("--bounces", args->bounces, "Of pictures: most scattering events on a path")
+      ->check(CLI::Range(0, 65536))
+      ->option_text("N=64");
+  cmd->add_option("--filter", args->filter,
+                  "Of pictures: box, tent, gaussian, blackman-harris (default)")
+      ->check(CLI::IsMember({"box", "tent", "gaussian", "blackman-harris"}).description(""));
+  cmd->add_option("--clamp", args->clamp, "Of pictures: largest radiance of a path; 0: none")
+      ->check(check_number(0, "of at least 0", std::numeric_limits<float>::max()))
+      ->option_text("X=0");
+  cmd->add_option("--problem", s.problem, "Of PDEs: problem by name; default: the first");
+  cmd->add_option("--points", s.points, "Of PDEs: where to solve, a .csv with columns x,y,z");
+  cmd->add_option("--section", s.section, "Of PDEs: a section by name");
+  cmd->add_option("--estimator", s.estimators, "Of PDEs: names from the list below")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->option_text("NAME,...");
+  cmd->add_flag("--gradient", s.gradient, "Of PDEs: errors of gradients rather than values");
+  cmd->add_option("--epsilon", s.epsilon, "Of PDEs: width of the shell, in scene units")
+      ->check(check_number(smallest, "greater than 0"))
+      ->option_text("E");
+  cmd->add_option("--max-steps", s.max_steps, "Of PDEs: most steps of a walk")
+      ->check(CLI::Range(1, std::numeric_limits<int>::max()))
+      ->option_text("N");
+  cmd->add_option("--time", s.time,
+                  "Start no run after this many seconds of estimating, the reference not counted")
+      ->check(check_number(smallest, "greater than 0"));
+  cmd->add_option("--error", s.error,
+                  "Leave out larger budgets once a run estimates its error below this")
+      ->check(check_number(smallest, "greater than 0"));
+  cmd->add_option("--seed", s.seed, "Of the reference; runs have those that follow")
+      ->check(check_whole(0, std::numeric_limits<std::uint64_t>::max()))
+      ->option_text("N=0");
+  cmd->add_option("--threads", s.threads, "Threads; 0: all")
+      ->check(CLI::Range(0, 4096))
+      ->option_text("N=0");
+  cmd->add_option("--report", s.report, "JSON report of time, memory and what was built");
+  cmd->add_flag("--quiet", s.quiet, "No progress, no warnings, no summary");
+  return [args, budgets, command_line] {
+    if (!budgets->empty()) args->budgets = parse_budgets(*budgets);
+    return run_study(*args, command_line);
+  };
+}
