@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "wisp/core/error.h"
+#include "wisp/core/report.h"
 #include "wisp/pde/problem.h"
 #include "wisp/pde/section.h"
-#include "wisp/render/report.h"
 #include "wisp/scene/scene.h"
 
 struct scene_problem {
   wisp::pde_problem problem = {};
   wisp::space_field exact = {};  // where the scene has it
+  bool flat = false;             // the domain is a mesh in one plane
   // What was built for it, or left out. The distance grid fills while walks go on:
   // finish_parts tells what it holds then.
   std::vector<wisp::part_report> parts = {};

@@ -8,9 +8,11 @@
 
 #include "commands.h"
 #include "console.h"
+#include "empty_domain.h"
 #include "estimators.h"
 #include "option_checks.h"
 #include "pde_scene.h"
+#include "render_component.h"
 #include "run_report.h"
 #include "section_files.h"
 #include "section_outline.h"
@@ -33,6 +35,9 @@ wisp::solve_options make_options(const solve_arguments& args, const wisp::proble
   options.error = args.error;
   if (args.time > 0) options.seconds = args.time;
   if (args.walks > 0) options.max_walks = args.walks;
+  // With a budget, --walks is a cap: how many the first walks are follows from the problem.
+  if (args.error > 0 || args.time > 0)
+    options.walks = std::min(options.walks, static_cast<std::uint64_t>(problem.walks));
   return options;
 }
 
@@ -164,6 +169,12 @@ int run_solve(const solve_arguments& args, const std::string& command_line) {
     return exit_interrupted;
   }
   const solve_summary summary = summarize(solution, points, problem);
+  if (!data.exterior && !has_inside(solution) &&
+      (problem.flat || is_surely_empty(problem.problem.domain))) {
+    throw wisp::file_error(args.scene, problem_place + ".domain",
+                           problem.flat ? "has no inside, as the mesh is flat"
+                                        : "has no inside; there is nothing to solve in it");
+  }
   auto found = find_warnings(solution, summary, points.size(), options.solve);
   if (interrupted && summary.unsolved > 0) {
     found.push_back(fmt::format("{} of {} points are nan, as no walk was made for them yet",
@@ -234,14 +245,15 @@ command_action add_solve(CLI::App& app, const std::string& command_line) {
   auto args = std::make_shared<solve_arguments>();
   auto* cmd = app.add_subcommand("solve", "Estimate the solution of a PDE at points or sections");
   cmd->footer(
-      "Example:\n  wisp solve scene.json --section cut --walks 256 -o cut.png -o cut.exr\n"
+      std::string("Example:\n  wisp solve scene.json --section cut --walks 256 ") +
+      (has_render ? "-o cut.png -o cut.exr\n" : "-o cut.vti -o cut.csv\n") +
       "  wisp solve scene.json --problem heat --points points.csv --gradient -o heat.csv\n" +
       estimator_help());
   constexpr double smallest = std::numeric_limits<double>::denorm_min();
   cmd->add_option("scene", args->scene, "Scene file, .json")->required();
   cmd->add_option("-o,--output", args->outputs,
-                  "File to write: .csv; for sections also .png .exr .vti; may be given several "
-                  "times")
+                  std::string("File to write: .csv; for sections also ") +
+                      (has_render ? ".png .exr .vti" : ".vti") + "; may be given several times")
       ->required()
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

@@ -16,6 +16,7 @@
 #include "console.h"
 #include "estimators.h"
 #include "option_checks.h"
+#include "render_component.h"
 #include "run_report.h"
 #include "study_compare.h"
 #include "study_json.h"
@@ -123,6 +124,16 @@ bool means_problem(const study_arguments& args) {
   std::ifstream in(args.solve.scene, std::ios::binary);
   const auto scene = nlohmann::json::parse(in, nullptr, false);
   return scene.is_object() && scene.contains("problems") && !scene["problems"].empty();
+}
+
+study_subject make_subject(const study_arguments& args, const study_watch& watch,
+                           wisp::warning_list& warnings) {
+  if (means_problem(args)) return make_pde_subject(args, watch, warnings);
+  if constexpr (has_render) {
+    return make_picture_subject(args, watch, warnings);
+  } else {
+    throw wisp::file_error(args.solve.scene, "", needs_render("has no problems, and its picture"));
+  }
 }
 
 // Budgets of all runs, and how many are done: what the time left follows from.
@@ -301,8 +312,7 @@ int run_study(const study_arguments& args, const std::string& command_line) {
       line.show(text);
       return !interrupt_flag().load();
     };
-    const study_subject subject = means_problem(args) ? make_pde_subject(args, watch, warnings)
-                                                      : make_picture_subject(args, watch, warnings);
+    const study_subject subject = make_subject(args, watch, warnings);
     line.clear();
     print_warnings(warnings, args.solve.quiet);
     const auto budgets = args.budgets.empty() ? subject.budgets : args.budgets;

@@ -1,0 +1,328 @@
+// wisp study as a user meets it.
+
+#include <doctest/doctest.h>
+#include <signal.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "run_command.h"
+
+using nlohmann::json;
+
+namespace {
+
+std::string ball_scene(const folder& f) {
+  return f.write("ball.json", R"json({
+    "solids": [{"name": "ball", "sdf": {"sphere": {"radius": 1}}}],
+    "problems": [
+      {"name": "plain", "domain": "ball", "boundary": "x*y + z"},
+      {"name": "known", "domain": "ball", "boundary": "x*y + z", "exact": "x*y + z"},
+      {"name": "two", "domain": "ball", "boundary": ["x*x - y*y", "y*z"],
+       "exact": ["x*x - y*y", "y*z"]},
+      {"name": "shell", "domain": "ball", "boundary": "exp(3*x)*cos(3*y)", "epsilon": 0.4,
+       "exact": "exp(3*x)*cos(3*y)"}],
+    "sections": [{"name": "cut", "problem": "known", "resolution": 24},
+                 {"name": "coarse", "problem": "shell", "resolution": 24}]})json");
+}
+
+std::string some_points(const folder& f) {
+  std::string text = "x,y,z\n";
+  for (int i = 0; i < 60; ++i) {
+    const double t = 0.1 * i;
+    text += std::to_string(0.7 * std::sin(t)) + "," + std::to_string(0.6 * std::cos(1.7 * t)) +
+            "," + std::to_string(0.2 * std::sin(2.3 * t)) + "\n";
+  }
+  return f.write("points.csv", text);
+}
+
+json load(const std::string& path) { return json::parse(read_file(path)); }
+
+std::size_t lines_of(const std::string& path) {
+  const auto text = read_file(path);
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+std::vector<std::string> study(const folder& f, const std::string& scene, const std::string& to,
+                               std::vector<std::string> more) {
+  std::vector<std::string> args = {"study", scene, "-o", f / to, "--threads", "2"};
+  args.insert(args.end(), more.begin(), more.end());
+  return args;
+}
+
+bool has_gnuplot() { return std::system("gnuplot --version > /dev/null 2>&1") == 0; }
+
+}  // namespace
+
+TEST_CASE("cli: a study of a PDE against its solution") {
+  folder f;
+  const auto o = run(study(f, ball_scene(f), "out",
+                           {"--problem", "known", "--points", some_points(f), "--budgets",
+                            "64..1024", "--repeats", "4", "--no-plots", "--estimator", "random"}));
+  CAPTURE(o.err);
+  REQUIRE(o.status == 0);
+  CHECK(o.err.empty());
+  CHECK(o.out.find("Slope of log error") != std::string::npos);
+  const json s = load(f / "out/study.json");
+  CHECK(s["kind"] == "pde");
+  CHECK(s["unit"] == "walks");
+  CHECK(s["reference"]["kind"] == "exact");
+  CHECK(s["reference"]["source"] == "x*y + z");
+  CHECK(s["budgets"].size() == 5);
+  CHECK(s["runs"].size() == 20);
+  // The slope is -1/2 but for the noise of some 20 * 60 estimates; the seed is fixed, and
+  // the bound some six standard errors.
+  CHECK(std::abs(s["budget_fit"]["slope"].get<double>() + 0.5) < 0.06);
+  CHECK(s["budget_fit"]["half_width_95"].get<double>() < 0.1);
+  CHECK(s["slope"] == s["time_fit"]["slope"]);
+  std::vector<std::uint64_t> seeds;
+  for (const auto& r : s["runs"]) seeds.push_back(r["seed"]);
+  std::sort(seeds.begin(), seeds.end());
+  CHECK(std::adjacent_find(seeds.begin(), seeds.end()) == seeds.end());
+  for (const auto& row : s["budgets"]) {
+    const double rmse = row["rmse"], estimated = row["estimated"], deviation = row["deviation"];
+    CHECK(estimated == doctest::Approx(rmse).epsilon(0.25));
+    CHECK(estimated == doctest::Approx(deviation).epsilon(0.25));
+    // 240 intervals: five standard errors
+    CHECK(std::abs(row["coverage"].get<double>() - 0.95) < 5 * std::sqrt(0.95 * 0.05 / 240));
+    CHECK(row["efficiency"].get<double>() ==
+          doctest::Approx(1 / (row["mse"].get<double>() * row["seconds"].get<double>())));
+    CHECK(row["seconds"].get<double>() > 0);
+    CHECK(row["values"] == 60);
+    CHECK(row["missing"] == 0);
+  }
+  CHECK(lines_of(f / "out/study.csv") == 6);
+  CHECK(lines_of(f / "out/runs.csv") == 21);
+  CHECK(read_file(f / "out/study.csv").find("budget,seconds,rmse,relmse,efficiency,") == 0);
+  CHECK_FALSE(fs::exists(f / "out/study.svg"));
+  CHECK_FALSE(fs::exists(f / "out/reference.csv"));
+  CHECK(fs::exists(f / "out/index.html"));
+}
+
+TEST_CASE("cli: studies of gradients and of several channels and a bias that is seen") {
+  folder f;
+  const auto scene = ball_scene(f), points = some_points(f);
+  auto o = run(study(
+      f, scene, "g",
+      {"--problem", "known", "--points", points, "--budgets", "512", "--gradient", "--no-plots"}));
+  CAPTURE(o.err);
+  REQUIRE(o.status == 0);
+  json row = load(f / "g/study.json")["budgets"][0];
+  CHECK(row["values"] == 180);
+  CHECK(row["rmse"].get<double>() < 0.2);
+  CHECK(row["rmse"].get<double>() == doctest::Approx(row["estimated"].get<double>()).epsilon(0.25));
+  o = run(study(f, scene, "c",
+                {"--problem", "two", "--points", points, "--budgets", "512", "--no-plots"}));
+  REQUIRE(o.status == 0);
+  row = load(f / "c/study.json")["budgets"][0];
+  CHECK(row["values"] == 120);
+  CHECK(row["bias"].is_null());
+  // A shell of 0.4 is no longer the boundary.
+  o = run(study(f, scene, "b", {"--section", "coarse", "--budgets", "2048", "--no-plots"}));
+  REQUIRE(o.status == 0);
+  row = load(f / "b/study.json")["budgets"][0];
+  REQUIRE(row["bias"].is_number());
+  CHECK(row["bias"].get<double>() > 2 * row["deviation"].get<double>());
+  CHECK(row["coverage"].get<double>() < 0.5);
+  CHECK(o.out.find("a bias") != std::string::npos);
+}
+
+TEST_CASE("cli: a study without a solution makes its reference and takes it back") {
+  folder f;
+  const auto scene = ball_scene(f), points = some_points(f);
+  const auto args = [&](const std::string& to, std::vector<std::string> more) {
+    std::vector<std::string> all = {"--problem", "plain", "--points",  points,
+                                    "--budgets", "16,64", "--no-plots"};
+    all.insert(all.end(), more.begin(), more.end());
+    return study(f, scene, to, all);
+  };
+  auto o = run(args("a", {}));
+  CAPTURE(o.err);
+  REQUIRE(o.status == 0);
+  const json a = load(f / "a/study.json");
+  CHECK(a["reference"]["kind"] == "run");
+  CHECK(a["reference"]["source"] == "1024 walks, seed 0");
+  CHECK(a["reference"]["error"].get<double>() > 0);
+  CHECK(lines_of(f / "a/reference.csv") == 61);
+  // the same runs against the file are off by the same
+  o = run(args("b", {"--reference", f / "a/reference.csv"}));
+  REQUIRE(o.status == 0);
+  const json b = load(f / "b/study.json");
+  CHECK(b["reference"]["kind"] == "file");
+  for (std::size_t i = 0; i < a["runs"].size(); ++i)
+    CHECK(b["runs"][i]["rmse"] == a["runs"][i]["rmse"]);
+  // what wisp solve writes is a reference, too; and an image at a known time
+  o = run({"solve", scene, "--problem", "plain", "--points", points, "--walks", "4096", "-o",
+           f / "solved.csv", "--quiet"});
+  REQUIRE(o.status == 0);
+  o = run(args("c", {"--reference", f / "solved.csv", "--image", f / "a/reference.csv", "--seconds",
+                     "2.5"}));
+  CAPTURE(o.err);
+  REQUIRE(o.status == 0);
+  const json c = load(f / "c/study.json");
+  REQUIRE(c["images"].size() == 1);
+  CHECK(c["images"][0]["seconds"] == 2.5);
+  CHECK(c["images"][0]["rmse"].get<double>() < c["runs"][0]["rmse"].get<double>());
+  // other seeds agree
+  o = run(args("d", {"--seed", "1000"}));
+  REQUIRE(o.status == 0);
+  const json d = load(f / "d/study.json");
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(d["budgets"][i]["rmse"] != a["budgets"][i]["rmse"]);
+    CHECK(d["budgets"][i]["rmse"].get<double>() ==
+          doctest::Approx(a["budgets"][i]["rmse"].get<double>()).epsilon(0.3));
+  }
+}
+
+TEST_CASE("cli: studies side by side") {
+  folder f;
+  const auto scene = ball_scene(f);
+  const std::vector<std::string> often = {"--section", "cut",        "--budgets",
+                                          "4..64",     "--no-plots", "--quiet"};
+  auto more = often;
+  REQUIRE(run(study(f, scene, "a", more)).status == 0);
+  more.insert(more.end(), {"--estimator", "independent"});
+  REQUIRE(run(study(f, scene, "b", more)).status == 0);
+  auto o = run(
+      {"study", "--compare", f / "a/study.json", f / "b/study.json", "-o", f / "c", "--no-plots"});
+  CAPTURE(o.err);
+  REQUIRE(o.status == 0);
+  const json c = load(f / "c/compare.json");
+  REQUIRE(c["studies"].size() == 2);
+  CHECK(c["studies"][0]["name"] == "default");
+  CHECK(c["studies"][1]["name"] == "independent");
+  CHECK(c["studies"][0]["time_ratio"] == 1.0);
+  CHECK(c["differences"].empty());
+  CHECK(fs::exists(f / "c/index.html"));
+  if (!has_gnuplot()) {
+    MESSAGE("gnuplot is not installed: its plots were not tried");
+    return;
+  }
+  o = run({"study", "--compare", f / "a/study.json", f / "b/study.json", "-o", f / "c"});
+  REQUIRE(o.status == 0);
+  CHECK(read_file(f / "c/compare.svg").find("independent") != std::string::npos);
+  CHECK(read_file(f / "c/compare.png").find("PNG") == 1);
+}
+
+TEST_CASE("cli: the page of a study needs no other file") {
+  if (!has_gnuplot()) {
+    MESSAGE("gnuplot is not installed: its plots were not tried");
+    return;
+  }
+  folder f;
+  // a name that means something to HTML and to gnuplot
+  const auto scene = f.write("it's <b>&_{x}.json", read_file(ball_scene(f)));
+  const auto o = run(study(f, scene, "out", {"--section", "cut", "--budgets", "4,8"}));
+  CAPTURE(o.err);
+  REQUIRE(o.status == 0);
+  const auto page = read_file(f / "out/index.html");
+  CHECK(page.find("<svg") != std::string::npos);
+  CHECK(page.find("data:image/png;base64,iVBOR") != std::string::npos);
+  CHECK(page.find("it's &lt;b&gt;&amp;_{x}.json") != std::string::npos);
+  CHECK(page.find("<b>") == std::string::npos);
+  CHECK(page.find("src=\"http") == std::string::npos);
+  CHECK(page.find("href=\"http") == std::string::npos);
+  CHECK(page.find("wisp study") != std::string::npos);
+  CHECK(page.find("&quot;boundary&quot;") != std::string::npos);
+  for (const char* file : {"study.csv", "runs.csv", "study.json", "study.svg", "study.png"})
+    CHECK(fs::file_size(f / ("out/" + std::string(file))) > 0);
+  std::size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(f / "out")) ++files;
+  CHECK(files == 6);
+}
+
+TEST_CASE("cli: studies refuse what they cannot do and leave nothing") {
+  folder f;
+  const auto scene = ball_scene(f), points = some_points(f);
+  for (const auto& more : std::vector<std::vector<std::string>>{
+           {"--section", "cut", "--budgets", "0"},
+           {"--section", "cut", "--budgets", "1,,2"},
+           {"--section", "cut", "--budgets", "8..4"},
+           {"--section", "cut", "--budgets", "many"},
+           {"--section", "cut", "--budgets", "-4"},
+           {"--section", "cut", "--repeats", "0"},
+           {"--section", "cut", "--resolution", "20"},
+           {"--section", "none"},
+           {"--section", "cut", "--points", points},
+           {"--section", "cut", "--estimator", "guess"},
+           {"--section", "cut", "--image", points},
+           {"--section", "cut", "--image", points, "--seconds", "0"},
+           {"--section", "cut", "--compare", points, points},
+           {"--section", "cut", "--time", "nan"}}) {
+    const auto o = run(study(f, scene, "out", more));
+    CAPTURE(more.back());
+    CAPTURE(o.err);
+    CHECK(o.status == 2);
+    CHECK_FALSE(o.err.empty());
+    CHECK_FALSE(fs::exists(f / "out"));
+  }
+  CHECK(run({"study", "-o", f / "out"}).status == 2);
+  CHECK(run({"study", "--compare", points, "-o", f / "out"}).status == 2);
+  const auto fault = [&](const std::vector<std::string>& args, const std::string& word) {
+    const auto o = run(args);
+    CAPTURE(o.err);
+    CHECK(o.status == 1);
+    CHECK(o.err.find(word) != std::string::npos);
+    CHECK_FALSE(fs::exists(f / "out"));
+  };
+  fault(study(f, f / "absent.json", "out", {"--no-plots"}), "absent.json");
+  fault(study(f, f.write("bad.json", "{"), "out", {"--no-plots"}), "bad.json");
+  fault(study(f, scene, "ball.json", {"--section", "cut", "--no-plots"}), "is a file");
+  fault(study(f, scene, "out", {"--section", "cut", "--no-plots", "--reference", points}),
+        "points.csv");
+  fault(study(f, scene, "out", {"--section", "cut", "--no-plots", "--reference", scene}), ".csv");
+  const auto outside = f.write("outside.csv", "x,y,z\n5,0,0\n");
+  fault(study(f, scene, "out",
+              {"--problem", "known", "--points", outside, "--no-plots", "--budgets", "4"}),
+        "domain");
+  fault({"study", "--compare", scene, scene, "-o", f / "out", "--no-plots"}, "study.json");
+}
+
+TEST_CASE("cli: without gnuplot a study says what to install") {
+  folder f;
+  const auto scene = ball_scene(f);
+  const std::string path = std::getenv("PATH") ? std::getenv("PATH") : "";
+  setenv("PATH", f.path.c_str(), 1);
+  const auto o = run(study(f, scene, "out", {"--section", "cut", "--budgets", "4"}));
+  setenv("PATH", path.c_str(), 1);
+  CAPTURE(o.err);
+  CHECK(o.status == 1);
+  CHECK(o.err.find("gnuplot-nox") != std::string::npos);
+  CHECK(o.err.find("--no-plots") != std::string::npos);
+  CHECK_FALSE(fs::exists(f / "out"));
+}
+
+TEST_CASE("cli: budgets of time and of error and Ctrl-C end studies with what there is") {
+  folder f;
+  const auto scene = ball_scene(f), points = some_points(f);
+  auto args = study(f, scene, "t",
+                    {"--problem", "known", "--points", points, "--budgets", "1024..1048576",
+                     "--repeats", "10000", "--time", "0.2", "--no-plots"});
+  REQUIRE(run(args).status == 0);
+  json s = load(f / "t/study.json");
+  CHECK(s["runs"].size() < 12);
+  CHECK(s["warnings"].dump().find("--time") != std::string::npos);
+  args = study(f, scene, "e",
+               {"--problem", "known", "--points", points, "--budgets", "16..1048576", "--repeats",
+                "2", "--error", "0.02", "--no-plots"});
+  REQUIRE(run(args).status == 0);
+  s = load(f / "e/study.json");
+  CHECK(s["runs"].back()["budget"].get<int>() < 100000);
+  CHECK(s["budgets"].back()["estimated"].get<double>() < 0.02);
+  CHECK(s["budgets"].back()["repeats"] == 2);
+
+  args =
+      study(f, scene, "i",
+            {"--problem", "known", "--points", points, "--budgets", "64,1000000000", "--no-plots"});
+  const pid_t pid = start(args, f / "out.txt", f / "err.txt");
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  kill(pid, SIGINT);
+  CHECK(finish(pid) == 130);
+  s = load(f / "i/study.json");
+  CHECK(s["interrupted"] == true);
+  CHECK(s["runs"].size() == 1);
+}
