@@ -5,7 +5,7 @@
 
 #include "commands.h"
 #include "console.h"
-#include "wisp/render/gltf.h"
+#include "render_component.h"
 #include "wisp/scene/io.h"
 
 namespace {
@@ -91,7 +91,7 @@ int run_convert(const convert_arguments& args) {
   wisp::warning_list warnings;
   wisp::shape_data shape;
   if (is_gltf(std::filesystem::path(args.in).extension().string()))
-    shape = merge_instances(wisp::load_gltf_scene(args.in, warnings), args.in);
+    shape = merge_instances(load_gltf(args.in, warnings), args.in);
   else
     shape = wisp::load_shape(args.in, warnings);
   wisp::save_shape(args.out, shape, warnings);
@@ -108,8 +108,8 @@ command_action add_convert(CLI::App& app) {
   auto* cmd = app.add_subcommand("convert", "Convert hair and mesh files between formats");
   cmd->footer(
       "Example:\n  wisp convert straight.hair straight.ply\n"
-      "Reads .ply .obj .stl .hair .tfx .tfxmesh .pbrt .gltf .glb; writes .ply .obj .stl .hair .tfx "
-      ".pbrt.");
+      "Reads .ply .obj .stl .hair .tfx .tfxmesh .pbrt" +
+      std::string(has_render ? " .gltf .glb" : "") + "; writes .ply .obj .stl .hair .tfx .pbrt.");
   cmd->add_option("in", args->in, "File to read")->required();
   cmd->add_option("out", args->out, "File to write")->required();
   cmd->add_flag("--quiet", args->quiet, "No messages");

@@ -5,10 +5,8 @@
 
 #include "commands.h"
 #include "console.h"
+#include "render_component.h"
 #include "run_report.h"
-#include "section_render.h"
-#include "wisp/render/gltf.h"
-#include "wisp/render/render_scene.h"
 #include "wisp/scene/io.h"
 
 namespace {
@@ -108,11 +106,7 @@ nlohmann::ordered_json describe(wisp::scene_data& scene, const std::string& path
          {"problem", scene.problems[static_cast<std::size_t>(s.problem)].name},
          {"resolution", s.resolution}});
   auto parts = json::array();
-  std::vector<wisp::part_report> planned;
-  plan_sections(scene, planned);  // puts solids in their place
-  const auto rest = wisp::plan_parts(scene);
-  planned.insert(planned.begin(), rest.begin(), rest.end());
-  for (const auto& part : planned)
+  for (const auto& part : plan_render(scene))
     parts.push_back({{"name", part.name}, {"built", part.built}, {"why", part.why}});
   info["parts"] = parts;
   return info;
@@ -162,6 +156,7 @@ void print_text(const nlohmann::ordered_json& info) {
   for (const auto& s : info["sections"])
     fmt::print("    {}: of {}, {} cells wide or high\n", shown_name(s["name"]),
                shown_name(s["problem"]), s["resolution"].get<int>());
+  if (info["parts"].empty()) return;
   fmt::print("to render it, wisp\n");
   for (const auto& part : info["parts"])
     fmt::print("  {:<10} {:<20} {}\n", part["built"].get<bool>() ? "builds" : "leaves out",
@@ -170,7 +165,7 @@ void print_text(const nlohmann::ordered_json& info) {
 
 int run_info(const info_arguments& args) {
   wisp::warning_list warnings;
-  auto scene = wisp::load_scene(args.scene, warnings);
+  auto scene = load_any_scene(args.scene, warnings);
   auto info = describe(scene, args.scene);
   print_warnings(warnings, args.quiet);
   if (args.json)
@@ -186,7 +181,8 @@ int run_info(const info_arguments& args) {
 command_action add_info(CLI::App& app) {
   auto args = std::make_shared<info_arguments>();
   auto* cmd = app.add_subcommand(
-      "info", "Tell what a scene holds, what will be built for it, what is left out");
+      "info", has_render ? "Tell what a scene holds, what will be built for it, what is left out"
+                         : "Tell what a scene holds");
   cmd->footer("Example:\n  wisp info scene.json");
   cmd->add_option("scene", args->scene, "Scene file")->required();
   cmd->add_flag("--json", args->json, "JSON on stdout");

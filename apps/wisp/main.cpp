@@ -7,6 +7,7 @@
 #include <string>
 
 #include "commands.h"
+#include "render_component.h"
 #include "wisp/core/error.h"
 
 namespace {
@@ -36,15 +37,22 @@ void open_standard_streams() {
     if (fcntl(fd, F_GETFD) < 0 && errno == EBADF && open("/dev/null", O_RDWR) != fd) return;
 }
 
+// The number, and what is in.
+std::string version_text() {
+  return std::string("wisp " WISP_VERSION "\ncomponents: core, hair, geometry, pde, scene") +
+         (has_render ? ", render" : "; without render");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   open_standard_streams();
   CLI::App app("wisp: path-traced hair, and PDEs without a volume mesh", "wisp");
-  app.set_version_flag("--version", "wisp " WISP_VERSION);
+  app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
   app.footer("Each command has its own --help with an example.");
-  auto render = add_render(app, quote_command(argc, argv));
+  command_action render;
+  if constexpr (has_render) render = add_render(app, quote_command(argc, argv));
   auto solve = add_solve(app, quote_command(argc, argv));
   auto study = add_study(app, quote_command(argc, argv));
   auto info = add_info(app);
@@ -56,6 +64,11 @@ int main(int argc, char** argv) {
   for (const auto* command : app.get_subcommands([](CLI::App*) { return true; })) {
     known = known || command->get_name() == argv[1];
     commands += (commands.empty() ? "" : ", ") + command->get_name();
+  }
+  if (!has_render && !known && std::string(argv[1]) == "render") {
+    fmt::print(stderr, "wisp: {}; these commands work: {}\n", needs_render("the command 'render'"),
+               commands);
+    return exit_usage;
   }
   if (!known) {
     fmt::print(stderr, "wisp: there is no command '{}', but these: {}\nRun 'wisp --help'.\n",
@@ -72,7 +85,7 @@ int main(int argc, char** argv) {
   }
 
   try {
-    if (app.got_subcommand("render")) return render();
+    if (render && app.got_subcommand("render")) return render();
     if (app.got_subcommand("solve")) return solve();
     if (app.got_subcommand("study")) return study();
     if (app.got_subcommand("info")) return info();

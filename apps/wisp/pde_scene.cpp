@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "commands.h"
+#include "render_component.h"
 #include "wisp/geometry/bvh.h"
 #include "wisp/geometry/closest_point.h"
 #include "wisp/geometry/mesh.h"
 #include "wisp/geometry/signed_distance.h"
-#include "wisp/render/image.h"
 #include "wisp/scene/formula.h"
 #include "wisp/scene/solid.h"
 
@@ -52,8 +52,8 @@ struct surface_colors {
   std::vector<wisp::ivec3> triangles = {};
   std::vector<wisp::vec4> colors = {};
   std::vector<wisp::vec2> texcoords = {};
-  wisp::texture_data texture = {};  // none where there are colours
-  wisp::bvh tree = {};              // none where boundary points tell their triangle
+  image_lookup image = {};  // none where there are colours
+  wisp::bvh tree = {};      // none where boundary points tell their triangle
   struct place {
     glm::dmat4 frame{1};
     glm::dmat4 inverse{1};
@@ -70,7 +70,7 @@ struct surface_colors {
     }
     dvec2 st{0};
     for (int k = 0; k < 3; ++k) st += w[k] * dvec2(texcoords[at(t[k])]);
-    const wisp::vec4 texel = wisp::eval_texture(texture, wisp::vec2(st), false);
+    const wisp::vec4 texel = image(wisp::vec2(st));
     return {texel.x, texel.y, texel.z, 0};
   }
 
@@ -122,8 +122,8 @@ class problem_maker {
     p.infinity = data_.infinity;
     try {
       make_domain();
-      p.boundary = surface_field(data_.boundary);
-      p.boundary_laplacian = surface_field(data_.boundary_laplacian);
+      p.boundary = surface_field(data_.boundary, "boundary");
+      p.boundary_laplacian = surface_field(data_.boundary_laplacian, "boundary_laplacian");
       if (is_given(data_.source)) p.source = formulas(data_.source);
       if (is_given(data_.exact)) result_.exact = formulas(data_.exact);
       make_sources();
@@ -143,7 +143,7 @@ class problem_maker {
     return result;
   }
 
-  wisp::boundary_field surface_field(const wisp::field_data& field);
+  wisp::boundary_field surface_field(const wisp::field_data& field, const char* key);
   void make_domain();
   void make_sources();
   void make_parts();
@@ -197,7 +197,7 @@ void problem_maker::make_domain() {
   }
 }
 
-wisp::boundary_field problem_maker::surface_field(const wisp::field_data& field) {
+wisp::boundary_field problem_maker::surface_field(const wisp::field_data& field, const char* key) {
   if (!is_given(field)) return {};
   if (!field.formulas.empty()) return formulas(field);
   const double start = now();
@@ -208,11 +208,9 @@ wisp::boundary_field problem_maker::surface_field(const wisp::field_data& field)
     colors->colors = shape.colors;
   } else {
     colors->texcoords = shape.texcoords;
-    std::vector<bool> used(scene_.textures.size(), false);
-    used[at(field.texture)] = true;
-    texture_bytes_ += wisp::load_textures(scene_, used, threads_);
+    colors->image = load_image_lookup(scene_, field.texture, threads_,
+                                      fmt::format("{}.{}.texture", place_, key), texture_bytes_);
     ++textures_;
-    colors->texture = scene_.textures[at(field.texture)];
   }
   if (field.shape != domain_shape_) {
     colors->tree = wisp::make_bvh(colors->triangles, shape.positions, {.threads = threads_});

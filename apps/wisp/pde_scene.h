@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "wisp/core/error.h"
+#include "wisp/core/report.h"
 #include "wisp/pde/problem.h"
 #include "wisp/pde/section.h"
-#include "wisp/render/report.h"
 #include "wisp/scene/scene.h"
 
 struct scene_problem {

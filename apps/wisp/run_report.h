@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "wisp/render/report.h"
+#include "wisp/core/report.h"
 
 // Wall-clock and processor time by phase, for --report.
 class phase_timer {

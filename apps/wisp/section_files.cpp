@@ -19,9 +19,8 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "colormap.h"
-#include "section_picture.h"
-#include "wisp/render/image.h"
+#include "render_component.h"
+#include "section_images.h"
 
 namespace fs = std::filesystem;
 
@@ -58,70 +57,7 @@ void check_section(const section_image& s, const section_style& style) {
           "the range of colours must be two numbers, the lesser first");
 }
 
-// Channels of a file: their names and planes.
-struct named_plane {
-  std::string name;
-  const double* data;
-};
-
-std::vector<named_plane> list_planes(const section_image& s) {
-  std::vector<named_plane> planes;
-  auto add = [&](const std::string& name, const std::vector<double>& data) {
-    static constexpr const char* letters[] = {"R", "G", "B", "A"};
-    const std::size_t n = data.size() / cell_count(s);
-    for (std::size_t c = 0; c < n; c++)
-      planes.push_back({s.channels > 1 && n > 1 ? name + "." + letters[c] : name,
-                        data.data() + c * cell_count(s)});
-  };
-  add("value", s.value);
-  add("error", s.error);
-  add("steps", s.steps);
-  return planes;
-}
-
 std::string triple(const wisp::dvec3& v) { return fmt::format("{} {} {}", v.x, v.y, v.z); }
-
-void save_exr(const fs::path& path, const section_image& s, const section_style& style) {
-  wisp::image_data image;
-  image.width = s.width, image.height = s.height;
-  const auto planes = list_planes(s);
-  for (const auto& plane : planes) image.channels.push_back(plane.name);
-  // viewers choke on NaN, which becomes 0: this tells where there is a value
-  image.channels.push_back("inside");
-  const std::size_t n = image.channels.size();
-  image.pixels.resize(cell_count(s) * n);
-  constexpr double most = std::numeric_limits<float>::max();
-  for (std::size_t i = 0; i < cell_count(s); i++) {
-    for (std::size_t c = 0; c + 1 < n; c++) {
-      const double v = planes[c].data[i];
-      image.pixels[i * n + c] =
-          static_cast<float>(std::isfinite(v) ? std::clamp(v, -most, most) : v);
-    }
-    image.pixels[i * n + n - 1] = std::isnan(s.value[i]) ? 0.0f : 1.0f;
-  }
-  image.metadata = style.metadata;
-  if (!style.title.empty()) image.metadata.emplace_back("ImageDescription", style.title);
-  image.metadata.emplace_back("wisp:section:corner", triple(s.corner));
-  image.metadata.emplace_back("wisp:section:right", triple(s.right));
-  image.metadata.emplace_back("wisp:section:down", triple(s.down));
-  image.metadata.emplace_back("wisp:section:cell", fmt::format("{}", s.cell));
-  wisp::save_image(path, image);
-}
-
-void save_png(const fs::path& path, const section_image& s, const section_style& style) {
-  const canvas picture = draw_section(s, style);
-  wisp::image_data image;
-  image.width = picture.width, image.height = picture.height;
-  image.channels = {"R", "G", "B"};
-  image.pixels.reserve(picture.pixels.size() * 3);
-  for (const wisp::vec3& color : picture.pixels)
-    for (int c = 0; c < 3; c++) image.pixels.push_back(srgb_to_linear(color[c]));
-  image.metadata = style.metadata;
-  if (!style.title.empty()) image.metadata.emplace_back("ImageDescription", style.title);
-  wisp::image_write_options options;
-  options.filmic = false;
-  wisp::save_image(path, image, options);
-}
 
 // Writes beside, then renames.
 void write_beside(const fs::path& path, const std::function<bool(std::FILE*)>& body) {
@@ -264,30 +200,38 @@ void save_section(const fs::path& path, const section_image& section, const sect
   check_section(section, style);
   const auto extension = extension_of(path);
   try {
-    if (extension == ".png")
-      save_png(path, section, style);
-    else if (extension == ".exr")
-      save_exr(path, section, style);
-    else
+    if (extension == ".vti") {
       save_vti(path, section, style);
+    } else if constexpr (has_render) {
+      save_section_image(path, section, style);
+    }
   } catch (const std::bad_alloc&) {
     throw wisp::file_error(path.string(), "", "not enough memory to write the section");
   }
 }
 
-bool can_save_section(const fs::path& path) {
+bool is_section_image(const fs::path& path) {
   const auto extension = extension_of(path);
-  return extension == ".png" || extension == ".exr" || extension == ".vti";
+  return extension == ".png" || extension == ".exr";
+}
+
+bool can_save_section(const fs::path& path) {
+  return extension_of(path) == ".vti" || (has_render && is_section_image(path));
 }
 
 void check_section_output(const fs::path& path) {
+  if (!has_render && is_section_image(path))
+    throw wisp::file_error(path.string(), "", needs_render("is an image, which"));
   if (!can_save_section(path))
     throw wisp::file_error(path.string(), "",
-                           "sections are written as .png, .exr or .vti; the name must end in one "
-                           "of them");
-  if (extension_of(path) != ".vti") {
-    wisp::check_image_output(path);
-    return;
+                           has_render ? "sections are written as .png, .exr or .vti; the name must "
+                                        "end in one of them"
+                                      : "sections are written as .vti; the name must end in that");
+  if constexpr (has_render) {
+    if (is_section_image(path)) {
+      check_section_image(path);
+      return;
+    }
   }
   std::error_code error;
   const auto folder = path.parent_path();

@@ -44,11 +44,12 @@ struct section_style {
 // for no value.
 wisp::dvec2 default_range(const section_image& section, wisp::section_colors colormap);
 
-// By ending: .png, .exr, .vti. The file appears whole or not at all. Throws
-// wisp::file_error, also for other endings, and std::invalid_argument for arrays of
+// By ending: .vti, and with the render component .png and .exr. The file appears whole or not at
+// all. Throws wisp::file_error, also for other endings, and std::invalid_argument for arrays of
 // wrong sizes.
 void save_section(const std::filesystem::path& path, const section_image& section,
                   const section_style& style = {});
 bool can_save_section(const std::filesystem::path& path);
+bool is_section_image(const std::filesystem::path& path);  // whether it can be saved or not
 // Throws what save_section would throw for this name, to be called before hours of work.
 void check_section_output(const std::filesystem::path& path);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "wisp/core/error.h"
-#include "wisp/render/report.h"
+#include "wisp/core/report.h"
 #include "wisp/scene/scene.h"
 
 struct section_render_options {

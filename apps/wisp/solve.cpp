@@ -11,6 +11,7 @@
 #include "estimators.h"
 #include "option_checks.h"
 #include "pde_scene.h"
+#include "render_component.h"
 #include "run_report.h"
 #include "section_files.h"
 #include "section_outline.h"
@@ -234,14 +235,15 @@ command_action add_solve(CLI::App& app, const std::string& command_line) {
   auto args = std::make_shared<solve_arguments>();
   auto* cmd = app.add_subcommand("solve", "Estimate the solution of a PDE at points or sections");
   cmd->footer(
-      "Example:\n  wisp solve scene.json --section cut --walks 256 -o cut.png -o cut.exr\n"
+      std::string("Example:\n  wisp solve scene.json --section cut --walks 256 ") +
+      (has_render ? "-o cut.png -o cut.exr\n" : "-o cut.vti -o cut.csv\n") +
       "  wisp solve scene.json --problem heat --points points.csv --gradient -o heat.csv\n" +
       estimator_help());
   constexpr double smallest = std::numeric_limits<double>::denorm_min();
   cmd->add_option("scene", args->scene, "Scene file, .json")->required();
   cmd->add_option("-o,--output", args->outputs,
-                  "File to write: .csv; for sections also .png .exr .vti; may be given several "
-                  "times")
+                  std::string("File to write: .csv; for sections also ") +
+                      (has_render ? ".png .exr .vti" : ".vti") + "; may be given several times")
       ->required()
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "pde_scene.h"
+#include "render_component.h"
 #include "section_files.h"
 #include "wisp/core/error.h"
 
@@ -42,11 +43,17 @@ void check_files(const solve_arguments& args) {
     throw usage_error("--points and --section exclude each other");
   }
   for (const auto& output : args.outputs) {
-    if (!is_table(output) && !can_save_section(output)) {
-      throw usage_error(fmt::format("-o: '{}' must end in .csv, .exr, .png or .vti", output));
+    if (is_table(output)) continue;
+    if (!can_save_section(output) && !is_section_image(output)) {
+      throw usage_error(fmt::format("-o: '{}' must end in {}", output,
+                                    has_render ? ".csv, .exr, .png or .vti" : ".csv or .vti"));
     }
-    if (!is_table(output) && !args.points.empty()) {
+    if (!args.points.empty()) {
       throw usage_error(fmt::format("-o: '{}' shows a section; points go to .csv", output));
+    }
+    if (!can_save_section(output)) {
+      throw usage_error(needs_render(fmt::format("-o: '{}' is an image, which", output)) +
+                        "; .csv and .vti can be written");
     }
   }
   auto written = args.outputs;

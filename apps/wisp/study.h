@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "wisp/render/report.h"
+#include "wisp/core/report.h"
 
 // Thrown when Ctrl-C came before there was anything to save.
 struct study_interrupted {};

@@ -16,6 +16,9 @@
 
 namespace fs = std::filesystem;
 
+// Whether the command has the render component.
+inline constexpr bool has_render = WISP_HAS_RENDER;
+
 struct outcome {
   int status = -1;
   std::string out, err;

@@ -125,14 +125,3 @@ TEST_CASE("cli: an empty scene is named") {
   check_fault(f, quick(f.write("empty.json", "{}"), f / "a.exr"),
               {"empty.json: nothing to render"});
 }
-
-TEST_CASE("cli: info tells when its answer cannot be written") {
-  if (!fs::exists("/dev/full")) return;
-  folder f;
-  auto scene = simple_scene(f);
-  folder logs;
-  for (const char* json : {"--json", "--quiet"}) {
-    CHECK(finish(start({"info", scene, json}, "/dev/full", logs.path / "err")) == 1);
-    CHECK(read_file(logs.path / "err").find("wisp: error: ") == 0);
-  }
-}

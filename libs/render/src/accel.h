@@ -8,7 +8,7 @@
 
 #include "wisp/core/math.h"
 #include "wisp/geometry/sdf.h"
-#include "wisp/render/report.h"
+#include "wisp/core/report.h"
 #include "wisp/scene/scene.h"
 
 namespace wisp {

@@ -6,7 +6,7 @@
 
 #include "surface.h"
 #include "wisp/core/sampling.h"
-#include "wisp/render/report.h"
+#include "wisp/core/report.h"
 
 namespace wisp {
 

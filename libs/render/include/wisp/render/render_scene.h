@@ -6,7 +6,7 @@
 
 #include "wisp/core/error.h"
 #include "wisp/core/export.h"
-#include "wisp/render/report.h"
+#include "wisp/core/report.h"
 #include "wisp/scene/scene.h"
 
 namespace wisp {

@@ -63,6 +63,11 @@ WISP_API void save_shape(const std::filesystem::path& path, const shape_data& sh
 WISP_API bool can_load_shape(const std::filesystem::path& path);
 WISP_API bool can_save_shape(const std::filesystem::path& path);
 
+// A shape's file as a scene: faces and points in matte grey, strands as brown hair, with
+// a camera that sees all of it, a lamp and a sky. Throws file_error, also for a file with
+// nothing to show.
+WISP_API scene_data load_shape_scene(const std::filesystem::path& path, warning_list& warnings);
+
 struct scene_load_options {
   // To solve a problem instead of rendering: called when all is read but shapes, with
   // the index of the problem as its answer. What that problem consists of is loaded, and
