@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "commands.h"
+#include "empty_domain.h"
 #include "render_component.h"
 #include "wisp/geometry/bvh.h"
 #include "wisp/geometry/closest_point.h"
@@ -177,7 +178,9 @@ void problem_maker::make_domain() {
         wisp::pde_domain(make_sdf(scene_, solid, threads_, warnings_, &solid_), side);
   } else {
     const wisp::shape_data& shape = scene_.shapes[at(domain_shape_)];
-    const auto tree = wisp::make_bvh(triangles_of(shape), shape.positions, {.threads = threads_});
+    const auto triangles = triangles_of(shape);
+    result_.flat = is_flat(triangles, shape.positions);
+    const auto tree = wisp::make_bvh(triangles, shape.positions, {.threads = threads_});
     const wisp::mesh_solid mesh(tree, {.threads = threads_});
     if (mesh.method() == wisp::inside_method::boundary ||
         mesh.method() == wisp::inside_method::moments) {

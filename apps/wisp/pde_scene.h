@@ -14,6 +14,7 @@
 struct scene_problem {
   wisp::pde_problem problem = {};
   wisp::space_field exact = {};  // where the scene has it
+  bool flat = false;             // the domain is a mesh in one plane
   // What was built for it, or left out. The distance grid fills while walks go on:
   // finish_parts tells what it holds then.
   std::vector<wisp::part_report> parts = {};

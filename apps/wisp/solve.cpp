@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "console.h"
+#include "empty_domain.h"
 #include "estimators.h"
 #include "option_checks.h"
 #include "pde_scene.h"
@@ -34,6 +35,9 @@ wisp::solve_options make_options(const solve_arguments& args, const wisp::proble
   options.error = args.error;
   if (args.time > 0) options.seconds = args.time;
   if (args.walks > 0) options.max_walks = args.walks;
+  // With a budget, --walks is a cap: how many the first walks are follows from the problem.
+  if (args.error > 0 || args.time > 0)
+    options.walks = std::min(options.walks, static_cast<std::uint64_t>(problem.walks));
   return options;
 }
 
@@ -165,6 +169,12 @@ int run_solve(const solve_arguments& args, const std::string& command_line) {
     return exit_interrupted;
   }
   const solve_summary summary = summarize(solution, points, problem);
+  if (!data.exterior && !has_inside(solution) &&
+      (problem.flat || is_surely_empty(problem.problem.domain))) {
+    throw wisp::file_error(args.scene, problem_place + ".domain",
+                           problem.flat ? "has no inside, as the mesh is flat"
+                                        : "has no inside; there is nothing to solve in it");
+  }
   auto found = find_warnings(solution, summary, points.size(), options.solve);
   if (interrupted && summary.unsolved > 0) {
     found.push_back(fmt::format("{} of {} points are nan, as no walk was made for them yet",

@@ -227,6 +227,109 @@ TEST_CASE("cli solve: budgets") {
   CHECK(read_table(f / "t.csv").columns["walks"][0] > 64);
 }
 
+TEST_CASE("cli solve: a cap holds for budgets, and is no demand") {
+  folder f;
+  const auto scene = ball_scene(f);
+  const auto points = f.write("p.csv", "x,y,z\n0,0,0\n0.5,0,0\n");
+  const auto most_walks = [&](const args& more) {
+    auto o = run(args{"solve", scene, "--points", points, "-o", f / "u.csv"} + more);
+    CAPTURE(o.err);
+    REQUIRE(o.status == 0);
+    auto t = read_table(f / "u.csv");
+    return std::max(t.columns["walks"][0], t.columns["walks"][1]);
+  };
+  for (const char* walks : {"1", "5", "10", "33", "100"}) {
+    CAPTURE(walks);
+    for (const char* first : {"random", "antithetic", "stratified"}) {
+      const double most = std::stod(walks);
+      CHECK(most_walks({"--walks", walks, "--error", "1e-9", "--estimator", first}) <= most);
+      CHECK(most_walks({"--walks", walks, "--time", "5", "--estimator", first}) <= most);
+    }
+  }
+  CHECK(most_walks({"--walks", "1000000", "--error", "0.5"}) < 200);
+  CHECK(most_walks({"--walks", "1000", "--error", "1e-9"}) > 980);
+}
+
+TEST_CASE("cli solve: names that are given twice are warned of") {
+  folder f;
+  const auto scene = f.write("twice.json", R"({
+    "solids": [{"name": "s", "sdf": {"sphere": {"radius": 1}}}],
+    "problems": [{"name": "p", "domain": "s", "boundary": 1},
+                 {"name": "p", "domain": "s", "boundary": 2},
+                 {"domain": "s", "boundary": 3}, {"domain": "s", "boundary": 4}],
+    "sections": [{"name": "c", "problem": 0, "resolution": 4},
+                 {"name": "c", "problem": 1, "resolution": 4}]})");
+  auto o = run({"solve", scene, "--problem", "p", "--section", "c", "-o", f / "u.csv"});
+  CHECK(o.status == 0);
+  CHECK(o.err.find("twice.json: problems[1].name: 'p' is the name of problems[0] too") !=
+        std::string::npos);
+  CHECK(o.err.find("twice.json: sections[1].name: 'c' is the name of sections[0] too") !=
+        std::string::npos);
+  CHECK(std::count(o.err.begin(), o.err.end(), '\n') == 2);
+  CHECK(read_table(f / "u.csv").columns["value"][0] == doctest::Approx(1));
+}
+
+TEST_CASE("cli solve: sections beyond what numbers can tell apart are refused") {
+  folder f;
+  const auto solve = [&](const std::string& section, bool exterior = false) {
+    return args{"solve",
+                f.write("s.json", R"({"solids": [{"name": "s", "sdf": {"sphere": {"radius": 1}}}],
+      "problems": [{"name": "p", "domain": "s", "boundary": 1, "side": ")" +
+                                      std::string(exterior ? "exterior" : "interior") +
+                                      R"("}], "sections": [{"problem": 0, "resolution": 8, )" +
+                                      section + "}]}"),
+                "-o", f / "u.csv"};
+  };
+  f.write("s.json", "");
+  for (const bool exterior : {false, true}) {
+    check_fault(f, solve(R"("size": 1e30)", exterior), {"sections[0]: ", "size", "1e9 times"});
+    check_fault(f, solve(R"("size": [1, 1e30])", exterior), {"sections[0]: ", "size", "1e9 times"});
+    check_fault(f, solve(R"("origin": [1e30, 0, 0])", exterior),
+                {"sections[0]: ", "origin", "1e9 times"});
+    check_fault(f, solve(R"("origin": [1e30, 0, 0], "size": 1)", exterior),
+                {"sections[0]: ", "origin", "1e9 times"});
+    check_fault(f, solve(R"("origin": [0.5, 0, 0], "size": 1e-30)", exterior),
+                {"sections[0]: ", "rounding of coordinates"});
+  }
+  check_fault(f, solve(R"("size": 1e6)"), {"sections[0]: ", "cells are larger than the domain"});
+  CHECK(run(solve(R"("size": 1e6)", true)).status == 0);
+  CHECK(run(solve(R"("size": 1e-6)")).status == 0);
+}
+
+TEST_CASE("cli solve: domains without an inside are an error, not a table of nan") {
+  folder f;
+  f.write("tilted.obj", "v 0 0 0\nv 1 0 0.3\nv 0 1 0.7\nv 1 1 1\nf 1 2 3\nf 2 4 3\n");
+  f.write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n");
+  const auto scene = f.write("scene.json", R"({
+    "shapes": [{"name": "tilted", "uri": "tilted.obj"}, {"name": "open", "uri": "open.obj"}],
+    "solids": [{"name": "eaten", "sdf": {"difference": [{"sphere": {"radius": 1}},
+                                                        {"sphere": {"radius": 1.1}}]}},
+               {"name": "apart", "sdf": {"intersection": [{"box": {"half": [1, 1, 1]}},
+                  {"sphere": {"center": [1.6, 1.6, 1.6], "radius": 1}}]}},
+               {"name": "shell", "sdf": {"difference": [{"sphere": {"radius": 1}},
+                                                        {"sphere": {"radius": 0.999}}]}}],
+    "problems": [{"name": "eaten", "domain": "eaten", "boundary": 1},
+                 {"name": "apart", "domain": "apart", "boundary": 1},
+                 {"name": "tilted", "domain": "tilted", "boundary": 1},
+                 {"name": "shell", "domain": "shell", "boundary": 1},
+                 {"name": "open", "domain": "open", "boundary": 1},
+                 {"name": "around", "domain": "tilted", "side": "exterior", "boundary": 1}]})");
+  const auto points = f.write("p.csv", "x,y,z\n0.1,0.2,5\n0.3,0.3,0.4\n");
+  const auto solve = [&](const std::string& problem) {
+    return args{"solve", scene, "--problem", problem,  "--points",
+                points,  "-o",  f / "u.csv", "--quiet"};
+  };
+  check_fault(f, solve("eaten"), {"scene.json: problems[0].domain: has no inside"});
+  check_fault(f, solve("apart"), {"scene.json: problems[1].domain: has no inside"});
+  check_fault(f, solve("tilted"), {"scene.json: problems[2].domain: has no inside", "flat"});
+  for (const char* problem : {"shell", "open", "around"}) {
+    CAPTURE(problem);
+    CHECK(run(solve(problem)).status == 0);
+    CHECK(std::isnan(read_table(f / "u.csv").columns["value"][0]) ==
+          (problem != std::string("around")));
+  }
+}
+
 TEST_CASE("cli solve: warnings of what is not known") {
   folder f;
   const auto scene = ball_scene(f);

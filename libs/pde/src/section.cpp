@@ -64,6 +64,18 @@ section_grid make_section_grid(const pde_domain& domain, const section_plane& pl
   grid.right = glm::normalize(across);
   grid.down = -glm::cross(grid.normal, grid.right);
 
+  // Beyond this, places in the domain are lost in the rounding of places on the plane.
+  constexpr double far = 1e9;
+  if (domain.data()->bounded) {
+    const double size = domain.size();
+    if (!(glm::length(plane.origin - domain.data()->center) <= far * size)) {
+      fail("section: origin is farther from the domain than 1e9 times its size");
+    }
+    if (std::max(plane.size.x, plane.size.y) > far * size) {
+      fail("section: size is more than 1e9 times that of the domain");
+    }
+  }
+
   dvec2 low = -0.5 * plane.size, high = 0.5 * plane.size;
   if (!(plane.size.x >= 0 && plane.size.y >= 0) || !std::isfinite(plane.size.x + plane.size.y)) {
     fail("section: size should be finite and not negative");
@@ -99,6 +111,16 @@ section_grid make_section_grid(const pde_domain& domain, const section_plane& pl
   grid.corner = plane.origin + (middle.x - 0.5 * grid.width * grid.cell) * grid.right +
                 (middle.y - 0.5 * grid.height * grid.cell) * grid.down;
 
+  double largest = 0;
+  for (int corner = 0; corner < 4; ++corner) {
+    const dvec3 p = glm::abs(
+        cell_center(grid, corner & 1 ? grid.width - 1 : 0, corner & 2 ? grid.height - 1 : 0));
+    largest = std::max({largest, p.x, p.y, p.z});
+  }
+  if (!(grid.cell > 4 * std::numeric_limits<double>::epsilon() * largest)) {
+    fail("section: its cells are smaller than the rounding of coordinates there");
+  }
+
   const auto width = static_cast<std::size_t>(grid.width);
   const auto height = static_cast<std::size_t>(grid.height);
   std::vector<char> holds(width * height);
@@ -115,7 +137,11 @@ section_grid make_section_grid(const pde_domain& domain, const section_plane& pl
     grid.points.push_back(
         cell_center(grid, static_cast<int>(i % width), static_cast<int>(i / width)));
   }
-  if (grid.points.empty()) fail("section: the plane misses the domain");
+  if (grid.points.empty()) {
+    fail(domain.data()->bounded && grid.cell > domain.size()
+             ? "section: its cells are larger than the domain, and none has its center in it"
+             : "section: the plane misses the domain");
+  }
   return grid;
 }
 

@@ -349,7 +349,7 @@ solution shared_solver::run() {
     return std::clamp<std::uint64_t>(4 * std::min(walks, std::uint64_t{1} << 60), 16,
                                      std::uint64_t{1} << 62);
   };
-  const std::uint64_t n = for_ball(options_.walks);
+  const std::uint64_t n = for_ball(std::min(options_.walks, options_.max_walks));
   // Passes of equal size, eight or more where there are walks for it: a standard error
   // comes from their differences.
   block_ = static_cast<std::size_t>(std::clamp<std::uint64_t>(n / 8, 1, max_batch));
@@ -367,7 +367,7 @@ solution shared_solver::run() {
   std::vector<char> wanted = all;
   for (std::uint64_t pass = 0;; ++pass) {
     if (!timed && !to_error && pass == passes) break;
-    if (pass * block_ >= for_ball(options_.max_walks)) break;
+    if ((pass + 1) * block_ > for_ball(options_.max_walks)) break;
     if (pass >= least && (timed || to_error)) {
       // with an error, those that have not reached it; with a time alone, every other
       // pass is for those whose error is above the mean

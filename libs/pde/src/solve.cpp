@@ -212,8 +212,10 @@ void solver::run_budget() {
   int block = 1;
   if (options_.directions == first_directions::antithetic) block = 2;
   if (options_.directions == first_directions::stratified) block = 16;
+  // without two of them there would be no error
+  if (options_.max_walks < 2 * static_cast<std::uint64_t>(block)) block = 1;
   const auto b = static_cast<std::uint64_t>(block);
-  const double limit = static_cast<double>(options_.max_walks);
+  const double limit = static_cast<double>(options_.max_walks / b * b);
   const auto in_blocks = [&](double walks) {
     return (static_cast<std::uint64_t>(std::clamp(walks, 0.0, limit)) + b - 1) / b * b;
   };

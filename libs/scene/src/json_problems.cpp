@@ -342,12 +342,21 @@ void read_plane(json_object& object, section_data& section) {
   }
 }
 
+void warn_of_name(const json_object& object, const json_group& group, std::size_t index) {
+  const auto found = group.by_name.find(group.elements[index].name);
+  if (found == group.by_name.end() || at(found->second) == index) return;
+  object.warn("name",
+              fmt::format("{} is the name of {} too, which is the one that it means",
+                          quote_name(found->first), group.elements[at(found->second)].place));
+}
+
 }  // namespace
 
 std::vector<problem_data> read_problems(const json_scene_file& file, const scene_data& scene) {
   std::vector<problem_data> result;
   for (const auto& element : file.problems.elements) {
     json_object object(file.context, *element.tree, element.place, "problems");
+    warn_of_name(object, file.problems, result.size());
     result.push_back(problem_reader(file, scene, object).read(element.name));
   }
   return result;
@@ -357,6 +366,7 @@ std::vector<section_data> read_sections(const json_scene_file& file) {
   std::vector<section_data> result;
   for (const auto& element : file.sections.elements) {
     json_object object(file.context, *element.tree, element.place, "sections");
+    warn_of_name(object, file.sections, result.size());
     section_data section;
     section.name = element.name;
     object.get("name", section.name);

@@ -39,7 +39,8 @@ inline dvec3 cell_center(const section_grid& g, int x, int y) {
 }
 
 // Throws std::invalid_argument for a plane that is not one, an infinite domain without a
-// size, and a section that misses the domain.
+// size, a section that misses the domain, and one so large or far away, in sizes of the
+// domain, or so small, that places on it cannot be told apart in double precision.
 WISP_API section_grid make_section_grid(const pde_domain& domain, const section_plane& plane,
                                         int threads = 0);
 

@@ -51,7 +51,7 @@ struct solve_options {
   // Budgets. With an error, walks go on until the standard error of each point and
   // channel is below it; with a time, until that many seconds have gone by. Either lets
   // points with a larger error have more walks, at least `walks` / 4 each, and lifts
-  // `walks` to max_walks.
+  // `walks` to max_walks, which none exceeds.
   double error = 0;
   double seconds = std::numeric_limits<double>::infinity();
   std::uint64_t max_walks = std::uint64_t{1} << 40;
