@@ -29,10 +29,11 @@ TEST_CASE("cli: what needs the render component is told of in one sentence") {
   const auto points = f.write("p.csv", "x,y,z\n0.1,0.1,0.1\n");
   const auto files = f.files();
   const std::vector<std::pair<std::vector<std::string>, std::string>> uses = {
-      {{"render", scene, "-o", f / "a.png"}, "solve, info, convert, stress"},
+      {{"render", scene, "-o", f / "a.png"}, "these commands work: solve, "},
       {{"render"}, "'render'"},
       {{"solve", scene, "-o", f / "a.csv", "-o", f / "a.png"}, "a.png"},
-      {{"solve", scene, "-o", f / "A.EXR"}, ".csv and .vti"}};
+      {{"solve", scene, "-o", f / "A.EXR"}, ".csv and .vti"},
+      {{"study", scene, "-o", f / "s", "--picture", "--no-plots"}, "scene.json"}};
   for (const auto& [args, words] : uses) {
     auto o = run(args);
     CAPTURE(o.err);
@@ -46,6 +47,9 @@ TEST_CASE("cli: what needs the render component is told of in one sentence") {
               {"scene.json: problems[1].boundary.texture: ", "'wood'", sentence});
   check_fault(f, {"solve", scene, "--problem", "plate", "--points", points, "-o", f / "u.csv"},
               {"scene.json: problems[2].boundary_laplacian.texture: ", "'wood'", sentence});
+  CHECK(run({"study", scene, "-o", f / "s", "--no-plots", "--points", points, "--budgets", "16,32"})
+            .status == 0);
+  CHECK(fs::exists(f.path / "s" / "study.json"));
   const auto gltf = f.write("a.glTF", R"({"asset": {"version": "2.0"}})");
   check_fault(f, {"info", gltf}, {"a.glTF", sentence});
   check_fault(f, {"convert", gltf, f / "a.ply"}, {"a.glTF", sentence});
