@@ -2,7 +2,9 @@
 
 #include <system_error>
 
+#include "commands.h"
 #include "render_component.h"
+#include "study_subjects.h"
 #include "wisp/scene/io.h"
 
 namespace fs = std::filesystem;
@@ -35,4 +37,10 @@ image_lookup load_image_lookup(wisp::scene_data& scene, int texture, int, const 
   const auto& data = scene.textures[static_cast<std::size_t>(texture)];
   throw wisp::file_error(scene.path.string(), place,
                          needs_render(fmt::format("the image of the texture '{}'", data.name)));
+}
+
+study_subject make_picture_subject(const study_arguments& args, const study_watch&,
+                                   wisp::warning_list&) {
+  throw usage_error(needs_render(fmt::format("'{}': the study of a picture", args.solve.scene)) +
+                    "; problems can be studied");
 }

@@ -16,7 +16,6 @@
 #include "console.h"
 #include "estimators.h"
 #include "option_checks.h"
-#include "render_component.h"
 #include "run_report.h"
 #include "study_compare.h"
 #include "study_json.h"
@@ -129,11 +128,7 @@ bool means_problem(const study_arguments& args) {
 study_subject make_subject(const study_arguments& args, const study_watch& watch,
                            wisp::warning_list& warnings) {
   if (means_problem(args)) return make_pde_subject(args, watch, warnings);
-  if constexpr (has_render) {
-    return make_picture_subject(args, watch, warnings);
-  } else {
-    throw wisp::file_error(args.solve.scene, "", needs_render("has no problems, and its picture"));
-  }
+  return make_picture_subject(args, watch, warnings);
 }
 
 // Budgets of all runs, and how many are done: what the time left follows from.

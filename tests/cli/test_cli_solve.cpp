@@ -208,6 +208,35 @@ TEST_CASE("cli solve: sections in every format and the same at any number of thr
   for (std::size_t i = 0; i < d.rows; i++) CHECK(d.columns["y"][i] == 0);
 }
 
+TEST_CASE("cli solve: the scenes that ship with the project") {
+  int solved = 0;
+  for (const auto& entry : fs::directory_iterator(WISP_TEST_SCENES)) {
+    const std::string scene = entry.path().string(), name = entry.path().stem().string();
+    if (entry.path().extension() != ".json" || name.rfind("pde-", 0) != 0) continue;
+    CAPTURE(name);
+    folder f;
+    auto info = run({"info", scene, "--json", "--quiet"});
+    REQUIRE(info.status == 0);
+    const auto described = nlohmann::json::parse(info.out);
+    for (const auto& section : described["sections"]) {
+      auto o = run({"solve", scene, "--section", section["name"], "--walks", "1", "-o", f / "u.csv",
+                    "-o", f / "u.vti", "--report", f / "r.json", "--quiet"});
+      CAPTURE(o.err);
+      CHECK(o.status == 0);
+      auto report = nlohmann::json::parse(read_file(f / "r.json"));
+      const auto points = report["points"].get<std::ptrdiff_t>();
+      CHECK(points > 1000);
+      CHECK(report["undefined"].get<std::ptrdiff_t>() < points / 2);
+      CHECK(report["error"].get<double>() > 0);
+      const auto table = read_file(f / "u.csv");
+      CHECK(std::count(table.begin(), table.end(), '\n') == points + 1);
+      CHECK(read_file(f / "u.vti").find("<VTKFile type=\"ImageData\"") != std::string::npos);
+      ++solved;
+    }
+  }
+  CHECK(solved >= 6);
+}
+
 TEST_CASE("cli solve: budgets") {
   folder f;
   const auto scene = ball_scene(f);
