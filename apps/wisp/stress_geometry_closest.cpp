@@ -122,7 +122,7 @@ void promises(geometry_rows& table) {
                     return std::max({0.0, 0.8 * b.upper - b.lower, b.lower - d, d - b.upper});
                   });
   const distance_grid grid(tree, {.resolution = 256});
-  table.add_count("bound of the grid above the distance", 20000,
+  table.add_count("bound of the grid above the distance", 40000,
                   [&](std::size_t i, rng_state& rng) {
                     const dvec3 p = point_about(bumpy, i, rng);
                     return !(grid.lower_bound(p, 0.3) <= exact_distance(bumpy, p));
