@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "console.h"
 #include "run_report.h"
+#include "stress_geometry.h"
 #include "stress_hair.h"
 #include "stress_pde.h"
 
@@ -22,6 +23,8 @@ int run_stress(const stress_arguments& args) {
   auto options = args.options;
   options.progress = [&](const std::string& text) { line.show(text); };
   auto rows = stress_hair(options);
+  const auto geometry = stress_geometry(options);
+  rows.insert(rows.end(), geometry.begin(), geometry.end());
   const auto pde = stress_pde(options);
   rows.insert(rows.end(), pde.begin(), pde.end());
   line.clear();
@@ -45,7 +48,7 @@ command_action add_stress(CLI::App& app) {
       "Example:\n  wisp stress -o table.md\n"
       "Prints a Markdown table. The exit status is 1 if a case fails. The table is the same at "
       "any number of threads.");
-  cmd->add_option("--calls", args->options.calls, "Random calls of the hair model")
+  cmd->add_option("--calls", args->options.calls, "Random calls of the hair model; below five million also fewer points of geometry")
       ->check(CLI::Range(uint64_t(1), uint64_t(1) << 40))
       ->capture_default_str();
   cmd->add_option("--seed", args->options.seed, "Seed of the random calls")->capture_default_str();

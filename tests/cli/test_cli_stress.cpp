@@ -24,9 +24,16 @@ TEST_CASE("cli: stress computes its cases, and none fails") {
     CHECK(std::count(line.begin(), line.end(), '|') == 7);
     ok += line.find("| ok |") != std::string::npos;
   }
-  CHECK(rows > 40);
+  CHECK(rows > 160);
   CHECK(ok == rows - 2);
   CHECK(o.out.find("NaN or infinite, float, 100000 calls | none | 0") != std::string::npos);
+  // all parts of it
+  for (const char* part : {"closest point, slivers of aspect 1e+08", "mesh of a ball in 128",
+                           "winding number of half a ball", "signed distance of ellipsoids",
+                           "hit of a ray that passes a ball", "start on a vertex"}) {
+    CAPTURE(part);
+    CHECK(o.out.find(part) != std::string::npos);
+  }
 }
 
 TEST_CASE("cli: stress refuses what it cannot do") {

@@ -394,6 +394,17 @@ TEST_CASE("geometry: rays far away and far from the origin") {
       }
     }
   }
+  // along an axis a ray comes into the box next to the surface: that is no start on it
+  const sdf ball = sdf_sphere({0, 0, 0}, 1);
+  for (const double far : {1e4, 1e7, 1e9}) {
+    for (const double aside : {0.0, 1e-3, 3e-3}) {
+      const dvec3 d = glm::normalize(dvec3{aside, -1, 0});
+      const trace_result r = sphere_trace(ball, {-far * d, d});
+      REQUIRE(r.end == trace_end::hit);
+      CHECK_FALSE(r.at.from_inside);
+      CHECK(std::abs(r.at.t - (far - 1)) < 4e-15 * far);
+    }
+  }
   // infinite solids have no size; a start on them has a side after all
   const sdf floor = sdf_plane({0, 0, 0}, {0, 1, 0});
   CHECK(sphere_trace(floor, {{0, 0, 0}, {0, 1, 0}}).end == trace_end::miss);

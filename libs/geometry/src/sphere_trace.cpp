@@ -72,7 +72,7 @@ struct tracer {
   // How near is on the surface, for one that leaves out the cone.
   double near(double at) const {
     const double along = std::abs(at) * speed;
-    return std::max({options.tolerance * std::max(size, 1e-3 * along), noise,
+    return std::max({options.tolerance * (size > 0 ? size : 1e-3 * along), noise,
                      4 * std::numeric_limits<double>::epsilon() * along, 1e-300});
   }
   double tolerance(double at) const {
