@@ -198,6 +198,8 @@ int run_solve(const solve_arguments& args, const std::string& command_line) {
   if (!args.report.empty()) {
     using json = nlohmann::ordered_json;
     finish_parts(problem);
+    problem.parts.push_back({"gradients", args.gradient,
+                             args.gradient ? "asked for by --gradient" : "not asked for", 0, 0});
     const auto known = [](double v) { return std::isfinite(v) ? json(v) : json(); };
     json report = {{"wisp", WISP_VERSION},
                    {"command", command_line},

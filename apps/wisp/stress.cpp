@@ -48,7 +48,9 @@ command_action add_stress(CLI::App& app) {
       "Example:\n  wisp stress -o table.md\n"
       "Prints a Markdown table. The exit status is 1 if a case fails. The table is the same at "
       "any number of threads.");
-  cmd->add_option("--calls", args->options.calls, "Random calls of the hair model; below five million also fewer points of geometry")
+  cmd->add_option(
+         "--calls", args->options.calls,
+         "Random calls of the hair model; below five million also fewer points of geometry")
       ->check(CLI::Range(uint64_t(1), uint64_t(1) << 40))
       ->capture_default_str();
   cmd->add_option("--seed", args->options.seed, "Seed of the random calls")->capture_default_str();
