@@ -138,7 +138,7 @@ std::string html_table(const table& rows) {
   for (std::size_t r = 0; r < rows.size(); ++r) {
     text += "<tr>";
     for (const auto& c : rows[r])
-      text += r == 0 ? "<th>" + html(c) + "</th>" : "<td>" + html(c) + "</td>";
+      text += fmt::format("<{0}>{1}</{0}>", r == 0 ? "th" : "td", html(c));
     text += "</tr>\n";
   }
   return text + "</table></div>\n";
@@ -230,9 +230,9 @@ std::string facts(const study_result& s) {
 
 std::string study_text(const study_result& s) {
   std::string text = fmt::format("{}, {}\n\n{}", s.title, s.size, text_table(rows_table(s)));
-  if (!s.images.empty()) text += "\n" + text_table(images_table(s));
+  if (!s.images.empty()) text.append("\n").append(text_table(images_table(s)));
   text += "\n";
-  for (const auto& line : findings(s)) text += line + "\n";
+  for (const auto& line : findings(s)) text.append(line).append("\n");
   return text;
 }
 
@@ -246,7 +246,7 @@ std::string compare_text(std::span<const study_result> studies, std::span<const 
 
 std::string study_page(const study_result& s, const fs::path& folder) {
   std::string body = plots(folder, "study") + "<ul>\n";
-  for (const auto& line : findings(s)) body += "<li>" + html(line) + "</li>\n";
+  for (const auto& line : findings(s)) body += fmt::format("<li>{}</li>\n", html(line));
   body += "</ul>\n<h2>Budgets</h2>\n" + html_table(rows_table(s));
   body +=
       "<p>RMSE: root mean square error, the reference's own taken out. relMSE: mean of d&sup2; / "
@@ -268,10 +268,10 @@ std::string compare_page(std::span<const study_result> studies, std::span<const 
       html(names[0]));
   if (!differences.empty()) {
     body += "<h2>Not alike in all</h2>\n<ul>\n";
-    for (const auto& d : differences) body += "<li>" + html(d) + "</li>\n";
+    for (const auto& d : differences) body += fmt::format("<li>{}</li>\n", html(d));
     body += "</ul>\n";
   }
-  body += "<pre>" + html(command) + "</pre>\n";
+  body += fmt::format("<pre>{}</pre>\n", html(command));
   for (std::size_t i = 0; i < studies.size(); ++i) {
     body += "<h2>" + html(names[i]) + "</h2>\n" + html_table(rows_table(studies[i])) +
             facts(studies[i]);

@@ -265,3 +265,39 @@ TEST_CASE("pde: both estimators of point sources agree where there is no closed 
   CHECK(slopes.mean_is_right());
   CHECK(slopes.squares / slopes.count < 1 + 6 * std::sqrt(2.0 / slopes.count));
 }
+
+TEST_CASE("pde: exterior problems with sources near the solid are right from far away") {
+  // u = 1 / (1 + r^2) outside of the unit ball. z-scores of 400 points at each distance: the
+  // bounds are some five standard errors of their mean and of their mean square.
+  pde_problem p;
+  p.domain = pde_domain(sdf_sphere({0, 0, 0}, 1), domain_side::exterior);
+  p.equation = pde_equation::poisson;
+  p.infinity = dvec4{0};
+  const auto u = [](const dvec3& x) { return 1 / (1 + glm::dot(x, x)); };
+  p.boundary = u;
+  p.source = [](const dvec3& x) {
+    const double q = glm::dot(x, x);
+    return (2 * q - 6) / ((1 + q) * (1 + q) * (1 + q));
+  };
+  for (const double r : {3.0, 30.0, 300.0, 3000.0}) {
+    std::vector<dvec3> points;
+    for (int i = 0; i < 400; ++i) {
+      points.push_back(
+          r * glm::normalize(dvec3{std::cos(0.7 * i), std::sin(0.7 * i), std::sin(1.3 * i)}));
+    }
+    solve_options o;
+    o.walks = 256;
+    o.epsilon = 1e-5;
+    const solution s = solve(p, points, o);
+    double mean = 0, squares = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double z = (s.values[i].mean.x - u(points[i])) / s.values[i].standard_error.x;
+      mean += z / 400;
+      squares += z * z / 400;
+    }
+    CAPTURE(r);
+    CHECK(std::abs(mean) < 0.25);
+    CHECK(squares > 0.65);
+    CHECK(squares < 1.4);
+  }
+}

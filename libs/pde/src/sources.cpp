@@ -266,13 +266,20 @@ dvec4 source_set::sample_outside(const dvec3& away, const dvec3& center, double 
   dvec4 sum{0};
   const dvec3 x = center + away;
   if (volume_) {
-    // Distances of the size of |away|, with a tail that any source with a potential has
-    // less of.
-    const double s = glm::length(away), u = rand1d(rng), r = s * u / (1 - u);
-    const dvec3 d = r * sample_direction(rng);
-    const double weight = 4 * pi_d * r * r * (s + r) * (s + r) / s;
-    const double g = exterior_greens(away, away + d, R);
-    if (g > 0) sum += weight * g * volume_(x + d);
+    // Around x at distances of the size of |away|, or around the solid at those of its size,
+    // as sources may be near to it and x far away; with a tail that any source with a
+    // potential has less of. Both at once by the balance heuristic (Veach 1997, 9.2).
+    const bool near_solid = rand1d(rng) < 0.5;
+    const double s = glm::length(away), u = rand1d(rng);
+    const dvec3 direction = sample_direction(rng);
+    const dvec3 to = near_solid ? R / (1 - u) * direction : away + s * u / (1 - u) * direction;
+    const double r = glm::length(to - away), from_center = glm::length(to);
+    const double g = r > 0 && from_center >= R ? exterior_greens(away, to, R) : 0;
+    if (g > 0) {
+      const double by_point = s / (r * r * (s + r) * (s + r));
+      const double by_solid = R / (from_center * from_center * from_center * from_center);
+      sum += g * 8 * pi_d / (by_point + by_solid) * volume_(center + to);
+    }
   }
   for (const point_source& s : balls_) {
     if (s.position != x) sum += exterior_greens(away, s.position - center, R) * s.strength;
