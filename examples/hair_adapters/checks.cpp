@@ -94,7 +94,7 @@ void check_integrals(const situation& s, const scattering& hair, report& r) {
     for (std::size_t k = 0; k < channels; k++) drawn_furnace.add(d.weight[k]);
     add_moments(drawn_moments, glm::dvec3(d.wi), 1);
   }
-  std::printf("  %-26s furnace %.3f, drawn %.3f, density %.3f", s.name, furnace.value(),
+  std::printf("  %-28s furnace %.3f, drawn %.3f, density %.3f", s.name, furnace.value(),
               drawn_furnace.value(), density.value());
   r.near("the density's integral", density, 1, 0.01);
   r.expect(drawn_moments[0].n > 0.999 * count, "the part that is drawn", drawn_moments[0].n / count,

@@ -240,7 +240,8 @@ int main(int argc, char** argv) try {
   red /= covered, blue /= covered, covered /= static_cast<double>(image.pixels.size());
   std::fprintf(stderr, "%d x %d, hair on %.1f %% of it: red %.3f, blue %.3f\n", image.width,
                image.height, 100 * covered, red, blue);
-  const bool sane = finite && covered > 0.1 && red > 0.1 && red < 1 && blue < 0.8 * red;
+  const bool sane =
+      finite && covered > 0.2 && covered < 0.3 && red > 0.14 && red < 0.25 && blue < 0.5 * red;
   if (!sane) std::fprintf(stderr, "hair_toy_renderer: this is not a picture of lit hair\n");
   return sane ? 0 : 1;
 } catch (const std::exception& e) {
