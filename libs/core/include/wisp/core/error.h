@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "wisp/core/export.h"
+
 namespace wisp {
 
 // The one exception that the readers and writers of wisp throw on bad input.
@@ -12,7 +14,7 @@ namespace wisp {
 //   file    the path as the user gave it
 //   place   where in the file: "line 12", "byte 160", "materials[3].color"; may be empty
 //   reason  what is wrong and what would be right
-class file_error : public std::runtime_error {
+class WISP_API file_error : public std::runtime_error {
  public:
   file_error(std::string file_, std::string place_, std::string reason_)
       : std::runtime_error(file_ + ": " + (place_.empty() ? "" : place_ + ": ") + reason_),

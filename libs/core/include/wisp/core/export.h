@@ -1,5 +1,7 @@
 #pragma once
 
+#include "wisp/core/version.h"
+
 // WISP_API marks what a shared build exports. Everything else is hidden.
 
 #if defined(WISP_STATIC)

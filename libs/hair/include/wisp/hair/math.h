@@ -17,6 +17,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "wisp/hair/version.h"
+
 namespace wisp::hair {
 
 template <typename T>

@@ -1,0 +1,18 @@
+# Copies an install to another place. No package file may name the place that it was
+# installed to or the one where it was built.
+file(REMOVE_RECURSE ${TO})
+file(COPY ${FROM}/ DESTINATION ${TO})
+file(GLOB_RECURSE files ${TO}/*.cmake ${TO}/*.pc)
+list(LENGTH files count)
+if(count LESS 10)
+  message(FATAL_ERROR "only ${count} package files in ${TO}")
+endif()
+foreach(file ${files})
+  file(READ ${file} text)
+  foreach(place ${FROM} ${BUILD})
+    string(FIND "${text}" "${place}" at)
+    if(NOT at EQUAL -1)
+      message(FATAL_ERROR "${file} names ${place}")
+    endif()
+  endforeach()
+endforeach()

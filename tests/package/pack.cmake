@@ -1,0 +1,5 @@
+# Packs what the libraries are built from, and no more, into ARCHIVE.
+file(REMOVE ${ARCHIVE})
+execute_process(
+  COMMAND ${CMAKE_COMMAND} -E tar czf ${ARCHIVE} CMakeLists.txt LICENSE cmake libs
+  WORKING_DIRECTORY ${SOURCE} COMMAND_ERROR_IS_FATAL ANY)
