@@ -2,6 +2,7 @@
 
 // Vector types of wisp: GLM's, in single precision for everything that a
 // renderer touches. PDEs and distance queries use the double forms (dvec3).
+// The functions are pure and safe to call from any thread.
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,8 @@
 
 namespace wisp {
 
-// Empties a vector and gives its memory back, which `v = {}` does not.
+// Empties a vector, which nobody else may use meanwhile, and gives its memory back, which
+// `v = {}` does not.
 template <typename T>
 void release(std::vector<T>& v) {
   std::vector<T>().swap(v);

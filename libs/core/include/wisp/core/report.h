@@ -7,7 +7,7 @@
 namespace wisp {
 
 // One thing that can be built for a scene: whether it was, why or why not, and
-// what it cost.
+// what it cost. Plain data: read by any number of threads, changed by one.
 struct part_report {
   std::string name = "";
   bool built = false;

@@ -36,6 +36,7 @@ inline constexpr double to_unit_double(uint64_t x) {
   return static_cast<double>(x >> 11) * 0x1p-53;
 }
 
+// Each draw changes it: one thread at a time, or a generator for each.
 struct rng_state {
   uint64_t state = 0x853c49e6748fea9bull;
   uint64_t inc = 0xda3e39cb94b95bdbull;

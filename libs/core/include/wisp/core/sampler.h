@@ -5,7 +5,7 @@
 // 9(4), 2020. Each set of four dimensions is a Sobol sequence in an order of its
 // own (its index is Owen-scrambled too) and with scrambles of its own, so that
 // sets are independent of each other while each is stratified over any aligned
-// block of 2^k samples.
+// block of 2^k samples. The functions are pure and safe to call from any thread.
 
 #include <cstdint>
 

@@ -1,6 +1,7 @@
 #pragma once
 
-// Warps from the unit square and discrete distributions. Inputs are in [0, 1).
+// Warps from the unit square and discrete distributions. Inputs are in [0, 1). The
+// functions are pure: any number of threads may draw from one distribution at once.
 
 #include <span>
 #include <vector>

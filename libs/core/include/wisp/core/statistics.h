@@ -5,7 +5,8 @@
 
 namespace wisp {
 
-// Running mean and variance (Welford 1962), stable for any number of samples.
+// Running mean and variance (Welford 1962), stable for any number of samples. One is
+// added to by one thread at a time; threads that have one each merge them at the end.
 struct running_stats {
   uint64_t count = 0;
   double mean = 0;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Axis-aligned boxes in double.
+// Axis-aligned boxes in double. The functions are pure and safe to call from any thread.
 
 #include <cmath>
 #include <limits>

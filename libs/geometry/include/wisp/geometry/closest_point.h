@@ -5,7 +5,8 @@
 // Everything is in double: walks on spheres divide distances by one another over
 // many orders of magnitude. Results are the same on any machine, at any thread
 // count; bounds may differ between processors in their last bits of single precision.
-// No function here allocates, but the batched one.
+// No function here allocates, but the batched one. Any number of threads may ask one tree
+// at once.
 
 #include <limits>
 #include <span>

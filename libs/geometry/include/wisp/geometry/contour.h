@@ -44,6 +44,8 @@ struct contour_mesh {
 // that edges and corners are exact for planar faces; otherwise they are the
 // mean of the crossings.
 //
+// Any number of threads may call this at once, if f takes that.
+//
 // Cost and memory grow with the number of cells near the surface: boxes whose
 // value at the centre exceeds lipschitz times their half diagonal are skipped.
 // A lipschitz that is too small loses parts of the surface that lie apart, but

@@ -1,7 +1,7 @@
 #pragma once
 
 // What several layers ask of triangle and quad meshes. A quad with z == w is
-// the triangle x y z.
+// the triangle x y z. The functions are pure and safe to call from any thread.
 
 #include <span>
 #include <vector>

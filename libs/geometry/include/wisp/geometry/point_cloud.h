@@ -1,6 +1,7 @@
 #pragma once
 
-// Points that stand for a surface: their neighbours, and the area of each.
+// Points that stand for a surface: their neighbours, and the area of each. Any number of
+// threads may ask one tree at once.
 
 #include <span>
 #include <vector>

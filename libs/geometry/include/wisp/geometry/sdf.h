@@ -69,7 +69,8 @@ struct sdf_properties {
 };
 WISP_API sdf_properties properties(const sdf& solid);
 
-// What a user's own solid implements.
+// What a user's own solid implements. Its const functions are called from many threads at
+// once, as is the function of sdf_function.
 class WISP_API sdf_leaf_base {
  public:
   virtual ~sdf_leaf_base();

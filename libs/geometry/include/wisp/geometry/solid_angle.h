@@ -1,7 +1,8 @@
 #pragma once
 
 // The solid angle of a triangle and the winding number as the plain sum of them: the
-// reference that faster ways (winding_number.h, fast_winding.h) are held to.
+// reference that faster ways (winding_number.h, fast_winding.h) are held to. The functions
+// are pure and safe to call from any thread.
 
 #include <cmath>
 #include <span>

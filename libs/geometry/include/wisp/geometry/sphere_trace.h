@@ -3,7 +3,8 @@
 // Rays against solids by sphere tracing (Hart 1996), with over-relaxed steps that are
 // taken back where the balls of two steps do not meet (Keinert et al., Enhanced Sphere
 // Tracing, 2014), as long as the distances so far make likely that they do (Ban and
-// Valasek, Automatic Step Size Relaxation in Sphere Tracing, 2023).
+// Valasek, Automatic Step Size Relaxation in Sphere Tracing, 2023). Any number of threads
+// may trace one solid at once.
 
 #include <limits>
 #include <optional>

@@ -1,6 +1,7 @@
 #pragma once
 
-// Subdivision of quad meshes, for any vertex data of dimension 2 to 4.
+// Subdivision of quad meshes, for any vertex data of dimension 2 to 4. The functions are
+// pure and safe to call from any thread.
 
 #include <utility>
 #include <vector>

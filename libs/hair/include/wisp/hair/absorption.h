@@ -1,7 +1,8 @@
 #pragma once
 
 // From what artists know (a colour, a concentration of melanin) to the
-// absorption coefficient of the fibre's interior, and back.
+// absorption coefficient of the fibre's interior, and back. The functions are pure and safe
+// to call from any thread.
 
 #include <algorithm>
 #include <cmath>

@@ -11,6 +11,8 @@
 // parameters: Cycles and MaterialX add the tilt to theta_i and pbrt adds it to
 // theta_o, so that lobes peak at the same place and differ slightly elsewhere,
 // and all evaluate I0 by a short series (see longitudinal_mp).
+//
+// The functions are pure and safe to call from any thread.
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,8 @@
 // In double they are the standard library's. In float they are polynomials
 // without branches or calls, within a few units in the last place, so that the
 // four lobes of a hair are worked on at once: with GCC and Clang by their vector
-// types (128 bits, which every x86-64 and 64-bit Arm has), one by one elsewhere.
+// types (128 bits, which every x86-64 and 64-bit Arm has), one by one elsewhere. They are
+// pure and safe to call from any thread.
 
 #include <algorithm>
 #include <array>

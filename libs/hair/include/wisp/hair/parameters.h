@@ -1,7 +1,7 @@
 #pragma once
 
 // The parameters of a hair material, and Chiang's maps from roughness to the
-// widths of the lobes, both ways.
+// widths of the lobes, both ways. The functions are pure and safe to call from any thread.
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,8 @@
 #pragma once
 
 // How far value and density in float may lie from the exact ones of the same
-// inputs: what rounding does to the terms of each lobe, to first order.
+// inputs: what rounding does to the terms of each lobe, to first order. Pure, safe to call
+// from any thread.
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,8 @@
 // with decaying exponentials and expm1, so that it is right to a few ulps for k R from 0
 // to any size: no switch loses digits, and nothing overflows.
 //
-// Lengths are in any one unit and k in its inverse; 0 <= r <= R, R > 0.
+// Lengths are in any one unit and k in its inverse; 0 <= r <= R, R > 0. The functions are
+// safe to call from any thread; those that draw change the generator they are given.
 
 #include <cmath>
 

@@ -104,6 +104,8 @@ struct source_peak {
   double weight = 1;  // relative to other peaks, > 0
 };
 
+// Any number of threads may solve one problem at once, as long as nobody changes it; its
+// functions are then called from all of them.
 struct pde_problem {
   pde_domain domain = {};
   pde_equation equation = pde_equation::laplace;

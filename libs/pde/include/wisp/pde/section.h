@@ -1,6 +1,7 @@
 #pragma once
 
-// Planes cut through a domain, and solutions on a grid over them.
+// Planes cut through a domain, and solutions on a grid over them. Any number of threads
+// may call these at once, on one domain, problem and grid or on several.
 
 #include <cstdint>
 #include <span>

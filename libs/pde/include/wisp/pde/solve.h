@@ -112,7 +112,8 @@ struct solution {
 
 // Estimates u, and its gradient if asked for, at each of `points`. The same numbers for
 // a seed at any number of threads, but with a budget of time. Memory does not grow with
-// walks. Throws std::invalid_argument for a problem or options that are not valid.
+// walks. Throws std::invalid_argument for a problem or options that are not valid. Calls
+// from several threads do not disturb each other, on one problem or on several.
 WISP_API solution solve(const pde_problem& problem, std::span<const dvec3> points,
                         const solve_options& options = {});
 

@@ -8,6 +8,8 @@
 
 namespace wisp {
 
+// Both readers may be called from several threads at once, each with warnings of its own.
+
 // Reads a glTF 2.0 scene, .gltf or .glb: meshes, node transforms, cameras,
 // metallic-roughness materials and textures, emission, KHR_lights_punctual,
 // KHR_materials_emissive_strength, _ior, _transmission (thin, or refractive with

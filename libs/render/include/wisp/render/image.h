@@ -1,6 +1,8 @@
 #pragma once
 
-// Images in and out, by OpenImageIO and OpenEXR.
+// Images in and out, by OpenImageIO and OpenEXR. Calls from several threads do not disturb
+// each other as long as nobody changes what another reads: load_texture and load_textures
+// change what they are given.
 
 #include <filesystem>
 #include <string>

@@ -14,6 +14,8 @@
 // Yocto/GL: a path that enters glass of index n weighs 1 / n^2 inside and gets the
 // factor back where it leaves. Russian roulette should leave that factor out.
 //
+// The functions are pure and safe to call from any thread.
+//
 // Where a density is 0 the value is 0. Weights value / pdf of pure microfacet
 // lobes are at most 1 (for refraction: times that factor).
 

@@ -22,7 +22,8 @@ struct prepare_options {
 
 // A scene ready for rays: subdivs refined, the textures that it uses loaded, ray
 // structures and light tables built. Each part is built only if the scene
-// needs it; `parts` tells. Immutable once made, safe to read from many threads.
+// needs it; `parts` tells. Immutable once made: any number of threads may trace it at once,
+// each into a state of its own.
 struct render_scene {
   scene_data scene = {};
   std::vector<part_report> parts = {};
@@ -44,7 +45,8 @@ struct render_scene {
 
 // Takes the scene over and prepares it. Throws file_error for textures that
 // cannot be read, std::invalid_argument for a scene without instances that can
-// be seen and without light, std::runtime_error when Embree fails.
+// be seen and without light, std::runtime_error when Embree fails. Threads may prepare
+// several scenes at once.
 WISP_API render_scene prepare_scene(scene_data&& scene, const prepare_options& options,
                                     warning_list& warnings);
 

@@ -1,6 +1,7 @@
 #pragma once
 
-// From subdivision surfaces to the meshes that rays are traced against.
+// From subdivision surfaces to the meshes that rays are traced against. Of one scene,
+// tesselate_subdivs is called by one thread, which no other reads beside.
 
 #include <cstdint>
 

@@ -41,7 +41,9 @@ struct trace_options {
   bool hide_environment = false;  // the sky lights the scene but is not seen
 };
 
-// Sums over the samples of each pixel.
+// Sums over the samples of each pixel. A state is changed by one call at a time; the call
+// itself uses many threads. `stop` may be set by any thread, and progress is told from the
+// one that called.
 struct trace_state {
   int width = 0;
   int height = 0;

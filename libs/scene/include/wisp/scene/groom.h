@@ -53,7 +53,7 @@ struct groom_params {
 // root are pushed out, which wants a mesh whose faces point outwards. Time is
 // O(strands points log faces). Throws std::invalid_argument for a mesh without
 // faces of positive area in the region or parameters out of range, naming the
-// parameter.
+// parameter. Safe to call from any thread.
 WISP_API shape_data grow_groom(const shape_data& mesh, const groom_params& params);
 
 }  // namespace wisp

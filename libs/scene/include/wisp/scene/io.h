@@ -1,7 +1,9 @@
 #pragma once
 
 // Readers and writers of the formats that need no further library. All of them
-// throw file_error on bad input and never leave half a file behind.
+// throw file_error on bad input and never leave half a file behind. Calls from several
+// threads do not disturb each other, each with warnings and a file of its own; of two that
+// write one file the last stays.
 
 #include <filesystem>
 #include <functional>

@@ -4,7 +4,8 @@
 // reads has the same meaning here. Elements refer to each other by index;
 // invalid_id means none. Nothing here needs a renderer, an image library or a
 // ray tracer. All lengths are in scene units, angles in radians unless a
-// field says otherwise, colours linear Rec. 709. Y is up by convention.
+// field says otherwise, colours linear Rec. 709. Y is up by convention. Any number of
+// threads may read one at once; it is changed by one thread, which no other reads beside.
 
 #include <array>
 #include <cstdint>

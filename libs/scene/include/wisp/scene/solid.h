@@ -1,6 +1,7 @@
 #pragma once
 
-// Solids of a scene as signed distances, docs/scene-format.md.
+// Solids of a scene as signed distances, docs/scene-format.md. Any number of threads may
+// call these at once on one scene, each with warnings and parts of its own.
 
 #include <cstddef>
 
