@@ -1,5 +1,6 @@
 # Copies an install to another place. No package file may name the place that it was
 # installed to or the one where it was built.
+cmake_minimum_required(VERSION 3.23)
 file(REMOVE_RECURSE ${TO})
 file(COPY ${FROM}/ DESTINATION ${TO})
 file(GLOB_RECURSE files ${TO}/*.cmake ${TO}/*.pc)

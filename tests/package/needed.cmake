@@ -1,5 +1,6 @@
 # PROGRAM may need no shared library but those of ALLOWED, beside those that every program
 # of C++ has.
+cmake_minimum_required(VERSION 3.23)
 execute_process(COMMAND ${READELF} -dW ${PROGRAM}
   OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCHALL "\\(NEEDED\\)[^\n]*\\[[^]\n]*" lines "${text}")

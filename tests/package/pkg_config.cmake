@@ -1,5 +1,6 @@
 # Compiles MAIN with no more than the compiler, FLAGS and what pkg-config says of
 # wisp-COMPONENT in the install PREFIX, and runs it.
+cmake_minimum_required(VERSION 3.23)
 file(GLOB_RECURSE files ${PREFIX}/wisp-${COMPONENT}.pc)
 list(LENGTH files count)
 if(NOT count EQUAL 1)

@@ -1,6 +1,7 @@
 # find_package has to fail, and to say why, for: a version, a component that does not
 # exist, and a component whose packages are not there. PREFIX is the install, WORK a folder
 # to work in; RENDER says whether the component render is installed.
+cmake_minimum_required(VERSION 3.23)
 set(source ${WORK}/source)
 file(WRITE ${source}/CMakeLists.txt "\
 cmake_minimum_required(VERSION 3.23)

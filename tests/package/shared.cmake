@@ -1,5 +1,6 @@
 # Builds the libraries of the core as shared ones, in BUILD, and installs them to PREFIX.
 # Quick to compile rather than quick to run.
+cmake_minimum_required(VERSION 3.23)
 file(REMOVE_RECURSE ${PREFIX})
 execute_process(
   COMMAND ${CMAKE_COMMAND} -S ${SOURCE} -B ${BUILD} -G ${GENERATOR}

@@ -1,5 +1,6 @@
 # What the shared library of COMPONENT exports: the functions and classes that its public
 # headers mark with WISP_API, all of them, and nothing else.
+cmake_minimum_required(VERSION 3.23)
 file(GLOB library ${PREFIX}/lib*/libwisp_${COMPONENT}.so ${PREFIX}/lib/*/libwisp_${COMPONENT}.so)
 file(GLOB headers ${PREFIX}/include/wisp/*/*.h)
 
@@ -43,12 +44,15 @@ set(count 0)
 foreach(line ${lines})
   string(REGEX REPLACE "^[0-9a-f]+ [A-Za-z] " "" symbol "${line}")
   string(REGEX REPLACE "^(vtable|typeinfo|typeinfo name) for " "type " named "${symbol}")
-  # without what stands in parentheses and angle brackets
-  set(plain "${named}")
-  string(REGEX REPLACE "\\(.*" "" plain "${plain}")
+  # without what stands in angle brackets and parentheses, and what a template returns
+  string(REPLACE "(glm::qualifier)" "" plain "${named}")
   foreach(depth RANGE 6)
     string(REGEX REPLACE "<[^<>]*>" "" plain "${plain}")
   endforeach()
+  string(REGEX REPLACE "\\(.*" "" plain "${plain}")
+  if(NOT plain MATCHES "^type ")
+    string(REGEX REPLACE ".* " "" plain "${plain}")
+  endif()
   math(EXPR count "${count} + 1")
   set(fine FALSE)
   if(plain MATCHES "^(type )?wisp::(hair::)?([A-Za-z_0-9]+)((::.*)?)$")
