@@ -49,18 +49,23 @@ scattering through_yocto(const situation& s) {
   return result;
 }
 
-// pbrt: a ribbon that may be turned to any side, v across it, four wavelengths.
+// pbrt: v across a curve whose normal may be turned to any side, and four wavelengths.
 scattering through_pbrt(const situation& s) {
   using namespace pbrt;
   auto to_pbrt = [](const glm::vec3& v) { return Vector3f{v.x, v.y, v.z}; };
-  const Vector3f ns = to_pbrt(facing(s) * std::cos(s.roll) + left_of(s) * std::sin(s.roll));
+  // As a flat curve sets them: dp/dv is dp/du turned in the plane across the ray, along it
+  // v grows from 0 to 1, and the normal of both goes with the ray, away from the viewer.
+  const glm::vec3 across = glm::normalize(glm::cross(-s.wo, s.tangent));
+  const Float v = (1 + s.h * glm::dot(across, left_of(s))) / 2;
+  const glm::vec3 n = glm::cross(s.tangent, across);
+  // Turned by `roll`, as if it were round or flipped.
+  const Vector3f ns = to_pbrt(n * std::cos(s.roll) + across * std::sin(s.roll));
   const Vector3f dpdu = to_pbrt(s.tangent * 2.5f), wo = to_pbrt(s.wo);
-  const Float v = (1 + s.h) / 2;
   const auto bsdf =
       std::make_shared<const wisp::hair::hair_bsdf<float>>(wisp::hair::make_hair_bsdf(s.material));
   SampledSpectrum sigma_a;
   for (int i = 0; i < NSpectrumSamples; i++) sigma_a[i] = s.sigma_a[static_cast<std::size_t>(i)];
-  const auto bxdf = std::make_shared<const WispHairBxDF>(-1 + 2 * v, bsdf.get(), sigma_a);
+  const auto bxdf = std::make_shared<const WispHairBxDF>(1 - 2 * v, bsdf.get(), sigma_a);
   const BSDF<WispHairBxDF> shading(ns, dpdu, bxdf.get());
 
   // What an integrator makes of f.

@@ -14,7 +14,9 @@ namespace pbrt {
 
 class WispHairBxDF {
  public:
-  // h = -1 + 2 * ctx.uv[1], as pbrt's own hair has it. `bsdf` is the material's.
+  // h = 1 - 2 * ctx.uv[1]: v of pbrt's curves grows to the viewer's right, the tip being up.
+  // pbrt's own hair takes -1 + 2 v, a fibre's mirror image, which many fibres do not show.
+  // `bsdf` is the material's.
   WispHairBxDF(Float h, const wisp::hair::hair_bsdf<float>* bsdf, SampledSpectrum sigma_a)
       : h_(h), bsdf_(bsdf), sigma_a_(sigma_a) {}
 
