@@ -1,6 +1,7 @@
 # What is reached from all public headers of COMPONENT: nothing of the packages that are
 # inside, and nothing of components that it does not USE.
 cmake_minimum_required(VERSION 3.23)
+string(REPLACE "," ";" USE "${USE}")
 set(all hair hair_batch core geometry pde scene render)
 file(GLOB headers RELATIVE ${PREFIX}/include ${PREFIX}/include/wisp/${COMPONENT}/*.h)
 if(NOT headers)

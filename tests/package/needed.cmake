@@ -1,15 +1,18 @@
 # PROGRAM may need no shared library but those of ALLOWED, beside those that every program
 # of C++ has.
 cmake_minimum_required(VERSION 3.23)
+string(REPLACE "," ";" ALLOWED "${ALLOWED}")
 execute_process(COMMAND ${READELF} -dW ${PROGRAM}
   OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
-string(REGEX MATCHALL "\\(NEEDED\\)[^\n]*\\[[^]\n]*" lines "${text}")
+string(REPLACE "[" "<" text "${text}")  # in lists, brackets keep things together
+string(REPLACE "]" ">" text "${text}")
+string(REGEX MATCHALL "\\(NEEDED\\)[^\n]*<[^>\n]*>" lines "${text}")
 if(NOT lines)
   message(FATAL_ERROR "${PROGRAM} needs nothing at all, which cannot be")
 endif()
 set(own libstdc++ libm libgcc_s libc libpthread libdl ld-linux-[a-z0-9_-]* libasan libubsan libtsan)
 foreach(line ${lines})
-  string(REGEX REPLACE ".*\\[(.*)\\.so.*" "\\1" name "${line}")
+  string(REGEX REPLACE ".*<(.*)\\.so.*" "\\1" name "${line}")
   list(APPEND names ${name})
   set(fine FALSE)
   foreach(pattern ${own} ${ALLOWED})
