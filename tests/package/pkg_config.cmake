@@ -39,6 +39,7 @@ file(MAKE_DIRECTORY ${WORK})
 execute_process(COMMAND ${CXX} ${FLAGS} ${flags} ${MAIN} -o ${program} ${libraries}
   COMMAND_ERROR_IS_FATAL ANY)
 if(SHARED)
-  get_filename_component(ENV{LD_LIBRARY_PATH} ${folder} DIRECTORY)
+  get_filename_component(libraries ${folder} DIRECTORY)
+  set(ENV{LD_LIBRARY_PATH} ${libraries}:$ENV{LD_LIBRARY_PATH})
 endif()
 execute_process(COMMAND ${program} WORKING_DIRECTORY ${WORK} COMMAND_ERROR_IS_FATAL ANY)
