@@ -35,8 +35,8 @@ struct study_measurement {
 struct study_errors {
   std::size_t count = 0;           // of values
   std::size_t missing = 0;         // that the reference has and the run has not
-  double mse = study_unknown;      // mean squared error, that of the reference taken out
-  double rmse = study_unknown;     // its root; NaN where the reference is too coarse to tell
+  double mse = study_unknown;      // mean squared error; that of the reference is in it
+  double rmse = study_unknown;     // its root
   double relmse = study_unknown;   // mean of d^2 / (r^2 + s), see study_reference
   double maximum = study_unknown;  // largest |d|
   // The root mean square of the standard errors that the run itself estimates, and the

@@ -57,7 +57,7 @@ study_errors measure_errors(const study_values& values, const study_reference& r
     throw std::invalid_argument("values and reference are not of the same size");
   }
   study_errors e;
-  double squares = 0, relative = 0, largest = 0, known = 0, estimated = 0;
+  double squares = 0, relative = 0, largest = 0, estimated = 0;
   std::size_t intervals = 0, covered = 0, estimates = 0;
   for (std::size_t i = 0; i < values.mean.size(); ++i) {
     if (!std::isfinite(wanted.mean[i])) continue;
@@ -70,7 +70,6 @@ study_errors measure_errors(const study_values& values, const study_reference& r
         !wanted.error.empty() && std::isfinite(wanted.error[i]) ? wanted.error[i] : 0;
     ++e.count;
     squares += d * d;
-    known += of_reference * of_reference;
     relative += d * d / (wanted.mean[i] * wanted.mean[i] + reference.relative_floor);
     largest = std::max(largest, std::abs(d));
     if (values.error.empty() || !std::isfinite(values.error[i])) continue;
@@ -85,8 +84,8 @@ study_errors measure_errors(const study_values& values, const study_reference& r
   }
   if (e.count == 0) return e;
   const auto n = static_cast<double>(e.count);
-  e.mse = (squares - known) / n;
-  e.rmse = e.mse > 0 || squares == 0 ? std::sqrt(e.mse) : study_unknown;
+  e.mse = squares / n;
+  e.rmse = std::sqrt(e.mse);
   e.relmse = relative / n;
   e.maximum = largest;
   if (estimates > 0) e.estimated = std::sqrt(estimated / static_cast<double>(estimates));
@@ -179,7 +178,7 @@ std::vector<study_row> study_tally::rows(const study_reference& reference) const
     row.seconds = median(seconds);
     row.cpu_seconds = median(cpu);
     e.mse = mse / n;
-    e.rmse = e.mse >= 0 ? std::sqrt(e.mse) : study_unknown;
+    e.rmse = std::sqrt(e.mse);
     e.relmse = relmse / n;
     e.estimated = std::sqrt(estimated / n);
     e.coverage = coverage / n;
@@ -200,7 +199,7 @@ std::vector<study_row> study_tally::rows(const study_reference& reference) const
         // mse = deviation^2 + bias^2, where the first is known to about this much, and not as
         // well where neighbours share their errors
         const double noise = std::max(3 * std::sqrt(2 / (n - 1) * squares), 0.5 * variance) / m;
-        const double common = e.mse - variance / m;
+        const double common = e.mse - variance / m - reference.error * reference.error;
         if (common > noise) row.bias = std::sqrt(common);
       }
     }

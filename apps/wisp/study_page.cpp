@@ -249,7 +249,7 @@ std::string study_page(const study_result& s, const fs::path& folder) {
   for (const auto& line : findings(s)) body += fmt::format("<li>{}</li>\n", html(line));
   body += "</ul>\n<h2>Budgets</h2>\n" + html_table(rows_table(s));
   body +=
-      "<p>RMSE: root mean square error, the reference's own taken out. relMSE: mean of d&sup2; / "
+      "<p>RMSE: root mean square error; that of the reference is in it. relMSE: mean of d&sup2; / "
       "(r&sup2; + s). Estimated: the root mean square of the standard errors that wisp tells. "
       "Deviation: of values between repeats. Coverage: of 95 % intervals. Efficiency: 1 / (MSE "
       "&middot; seconds). Seconds are medians.</p>\n";
