@@ -28,6 +28,7 @@
 #endif
 #if defined(WITH_RENDER)
 #include "wisp/render/trace.h"
+#include "wisp/scene/groom.h"
 #endif
 
 namespace {
@@ -201,40 +202,56 @@ void compare_scene() {
 #endif
 
 #if defined(WITH_RENDER)
-// The scene is shared; each thread has a state of its own.
+// A triangle and a strand of hair under a sky.
+render_scene prepare() {
+  scene_data scene;
+  camera_data camera;
+  camera.frame[3] = {0, 0, 2};
+  scene.cameras.push_back(camera);
+  shape_data triangle;
+  triangle.positions = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+  triangle.triangles = {{0, 1, 2}};
+  shape_data ground = triangle;
+  for (vec3& p : ground.positions) p.z = -1;
+  scene.shapes = {triangle, ground};
+  groom_params groom;
+  groom.strands = 50;
+  groom.threads = inner_threads;
+  scene.shapes.push_back(grow_groom(triangle, groom));
+  scene.materials.emplace_back().color = {0.5f, 0.7f, 0.2f};
+  scene.materials.emplace_back().type = material_type::hair;
+  for (int i = 0; i < 3; ++i) {
+    instance_data instance;
+    instance.shape = i;
+    instance.material = i / 2;
+    scene.instances.push_back(instance);
+  }
+  scene.environments.emplace_back().emission = {1, 1, 1};
+  warning_list warnings;
+  prepare_options options;
+  options.threads = inner_threads;
+  return prepare_scene(std::move(scene), options, warnings);
+}
+
+numbers trace(const render_scene& scene) {
+  trace_options options;
+  options.width = 32;
+  options.height = 18;
+  options.samples = 8;
+  options.threads = inner_threads;
+  trace_state state = make_trace_state(scene, options);
+  trace_image(state, scene, options);
+  const image_data image = get_image(state);
+  return numbers(image.pixels.begin(), image.pixels.end());
+}
+
+// One scene, and a state for each thread; then a scene for each.
 void compare_render() {
   compare("render_scene", [] {
-    scene_data scene;
-    camera_data camera;
-    camera.frame[3] = {0, 0, 2};
-    scene.cameras.push_back(camera);
-    shape_data shape;
-    shape.positions = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
-    shape.triangles = {{0, 1, 2}};
-    scene.shapes.push_back(shape);
-    scene.materials.emplace_back().color = {0.5f, 0.7f, 0.2f};
-    instance_data instance;
-    instance.shape = 0;
-    instance.material = 0;
-    scene.instances.push_back(instance);
-    scene.environments.emplace_back().emission = {1, 1, 1};
-    warning_list warnings;
-    prepare_options options;
-    options.threads = inner_threads;
-    auto prepared =
-        std::make_shared<render_scene>(prepare_scene(std::move(scene), options, warnings));
-    return [prepared] {
-      trace_options size;
-      size.width = 32;
-      size.height = 18;
-      size.samples = 8;
-      size.threads = inner_threads;
-      trace_state state = make_trace_state(*prepared, size);
-      trace_image(state, *prepared, size);
-      const image_data image = get_image(state);
-      return numbers(image.pixels.begin(), image.pixels.end());
-    };
+    auto scene = std::make_shared<render_scene>(prepare());
+    return [scene] { return trace(*scene); };
   });
+  compare("prepare_scene", [] { return [] { return trace(prepare()); }; });
 }
 #endif
 
