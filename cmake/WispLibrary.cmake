@@ -6,7 +6,8 @@ include(WispPkgConfig)
 
 # The version stands in two headers, since hair goes without core.
 foreach(header core/include/wisp/core/version.h hair/include/wisp/hair/version.h)
-  file(STRINGS ${PROJECT_SOURCE_DIR}/libs/${header} lines REGEX "^#define WISP_VERSION_[A-Z]+ [0-9\"]")
+  file(STRINGS ${PROJECT_SOURCE_DIR}/libs/${header} lines
+    REGEX "^#define WISP_VERSION_[A-Z]+ [0-9\"]")
   string(REPLACE "." ";" parts ${PROJECT_VERSION})
   list(TRANSFORM parts PREPEND " ")
   string(REGEX REPLACE "#define WISP_VERSION_[A-Z]+" "" lines "${lines}")

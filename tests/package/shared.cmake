@@ -21,7 +21,8 @@ endif()
 # They find one another beside them, wherever that is.
 foreach(library ${libraries})
   execute_process(COMMAND ${READELF} -dW ${library} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
-  if(NOT text MATCHES "(RUNPATH|RPATH)[^\n]*\\[\\$ORIGIN[:a-z/.$A-Z]*\\]" OR text MATCHES "\\[${BUILD}")
+  if(NOT text MATCHES "(RUNPATH|RPATH)[^\n]*\\[\\$ORIGIN[:a-z/.$A-Z]*\\]" OR
+      text MATCHES "\\[${BUILD}")
     message(FATAL_ERROR "${library} does not look beside itself: ${text}")
   endif()
 endforeach()
