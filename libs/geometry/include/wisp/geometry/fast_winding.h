@@ -78,9 +78,9 @@ WISP_API fast_winding make_fast_winding(std::span<const dvec3> points,
 //   order 3    0.032   0.007   0.0032  0.0011  0.0004  0.0002
 //
 // The first term that orders 1 and 2 leave out has one sign all over a flat surface, so
-// that errors add up; about the middle of a ball order 2 has up to 1.6 times these. With infinity every triangle is computed by itself. Throws
-// std::invalid_argument for a beta that is not above 0; with one below 1 parts may be
-// expanded where their series do not converge.
+// that errors add up; about the middle of a ball order 2 has up to 1.6 times these. With infinity
+// every triangle is computed by itself. Throws std::invalid_argument for a beta that is not above
+// 0; with one below 1 parts may be expanded where their series do not converge.
 //
 // Single precision, finished in double for triangles that p almost touches: 1e-6 are
 // wrong far from the surface, and about 1e-8 / h at a distance h, in half sizes of the
