@@ -24,23 +24,6 @@
 
 namespace {
 
-wisp::solve_options make_options(const solve_arguments& args, const wisp::problem_data& problem) {
-  wisp::solve_options options;
-  options.walks = args.walks > 0 ? args.walks : static_cast<std::uint64_t>(problem.walks);
-  options.epsilon = args.epsilon > 0 ? args.epsilon : problem.epsilon;
-  options.max_steps = args.max_steps > 0 ? args.max_steps : problem.max_steps;
-  options.gradient = args.gradient;
-  options.seed = args.seed;
-  options.threads = args.threads;
-  options.error = args.error;
-  if (args.time > 0) options.seconds = args.time;
-  if (args.walks > 0) options.max_walks = args.walks;
-  // With a budget, --walks is a cap: how many the first walks are follows from the problem.
-  if (args.error > 0 || args.time > 0)
-    options.walks = std::min(options.walks, static_cast<std::uint64_t>(problem.walks));
-  return options;
-}
-
 std::string error_text(double error) {
   return std::isfinite(error) ? fmt::format("{:.2g}", error) : "unknown";
 }
@@ -95,16 +78,6 @@ void save_outputs(const solve_arguments& args, const wisp::scene_data& scene,
   if (failure) std::rethrow_exception(failure);
 }
 
-// Mistakes that only the library knows are those of the file, or of an option.
-template <typename F>
-auto blame(const solve_arguments& args, const std::string& place, F&& f) {
-  try {
-    return f();
-  } catch (const std::invalid_argument& error) {
-    throw wisp::file_error(args.scene, place, error.what());
-  }
-}
-
 int run_solve(const solve_arguments& args, const std::string& command_line) {
   check_files(args);
   progress_line line(args.quiet);
@@ -113,16 +86,8 @@ int run_solve(const solve_arguments& args, const std::string& command_line) {
 
   timer.start("load");
   line.show("load: " + args.scene);
-  if (ending(args.scene) != ".json") {
-    throw wisp::file_error(args.scene, "", "holds no problems; problems are part of .json scenes");
-  }
   solve_task task;
-  wisp::scene_load_options load;
-  load.choose_problem = [&](const wisp::scene_data& scene) {
-    task = find_task(scene, args);
-    return task.problem;
-  };
-  auto scene = wisp::load_json_scene(args.scene, warnings, load);
+  auto scene = load_task(args, task, warnings);
   std::vector<wisp::dvec3> points;
   if (!args.points.empty()) points = load_points(args.points);
   const auto& data = scene.problems[static_cast<std::size_t>(task.problem)];
@@ -139,7 +104,7 @@ int run_solve(const solve_arguments& args, const std::string& command_line) {
   }
   wisp::section_grid grid;
   if (is_section) {
-    blame(args, fmt::format("sections[{}]", task.section), [&] {
+    blame(args.scene, fmt::format("sections[{}]", task.section), [&] {
       grid = make_section_grid(problem.problem.domain,
                                make_plane(scene.sections[static_cast<std::size_t>(task.section)]),
                                args.threads);
@@ -156,7 +121,7 @@ int run_solve(const solve_arguments& args, const std::string& command_line) {
     line.show(progress_text(p, options.solve));
     return !interrupt_flag().load();
   };
-  const wisp::solution solution = blame(args, problem_place, [&] {
+  const wisp::solution solution = blame(args.scene, problem_place, [&] {
     return is_section ? solve_section(problem.problem, grid, options)
                       : solve(problem.problem, points, options.solve);
   });

@@ -9,7 +9,7 @@
 #include "pde_scene.h"
 #include "render_component.h"
 #include "section_files.h"
-#include "wisp/core/error.h"
+#include "wisp/scene/io.h"
 
 namespace fs = std::filesystem;
 
@@ -114,4 +114,34 @@ solve_task find_task(const wisp::scene_data& scene, const solve_arguments& args)
         "the problem '{}' has {} sections; give --section with one of: {}", name, count, names));
   }
   return task;
+}
+
+wisp::scene_data load_task(const solve_arguments& args, solve_task& task,
+                           wisp::warning_list& warnings) {
+  if (ending(args.scene) != ".json") {
+    throw wisp::file_error(args.scene, "", "holds no problems; problems are part of .json scenes");
+  }
+  wisp::scene_load_options load;
+  load.choose_problem = [&](const wisp::scene_data& scene) {
+    task = find_task(scene, args);
+    return task.problem;
+  };
+  return wisp::load_json_scene(args.scene, warnings, load);
+}
+
+wisp::solve_options make_options(const solve_arguments& args, const wisp::problem_data& problem) {
+  wisp::solve_options options;
+  options.walks = args.walks > 0 ? args.walks : static_cast<std::uint64_t>(problem.walks);
+  options.epsilon = args.epsilon > 0 ? args.epsilon : problem.epsilon;
+  options.max_steps = args.max_steps > 0 ? args.max_steps : problem.max_steps;
+  options.gradient = args.gradient;
+  options.seed = args.seed;
+  options.threads = args.threads;
+  options.error = args.error;
+  if (args.time > 0) options.seconds = args.time;
+  if (args.walks > 0) options.max_walks = args.walks;
+  // With a budget, --walks is a cap: how many the first walks are follows from the problem.
+  if (args.error > 0 || args.time > 0)
+    options.walks = std::min(options.walks, static_cast<std::uint64_t>(problem.walks));
+  return options;
 }

@@ -4,9 +4,12 @@
 // scene.
 
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "wisp/core/error.h"
+#include "wisp/pde/solve.h"
 #include "wisp/scene/scene.h"
 
 struct solve_arguments {
@@ -43,3 +46,21 @@ struct solve_task {
 };
 // Throws usage_error, and wisp::file_error for a scene without problems.
 solve_task find_task(const wisp::scene_data& scene, const solve_arguments& args);
+
+// The scene, with what its task needs and nothing else. Throws as find_task, and
+// wisp::file_error.
+wisp::scene_data load_task(const solve_arguments& args, solve_task& task,
+                           wisp::warning_list& warnings);
+
+// Those of the problem where the arguments do not tell.
+wisp::solve_options make_options(const solve_arguments& args, const wisp::problem_data& problem);
+
+// Mistakes that only the library knows are those of the file, or of an option.
+template <typename F>
+auto blame(const std::string& file, const std::string& place, F&& f) {
+  try {
+    return f();
+  } catch (const std::invalid_argument& error) {
+    throw wisp::file_error(file, place, error.what());
+  }
+}

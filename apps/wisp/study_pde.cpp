@@ -4,8 +4,8 @@
 
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <memory>
-#include <stdexcept>
 
 #include "commands.h"
 #include "console.h"
@@ -18,7 +18,6 @@
 #include "study_subjects.h"
 #include "wisp/pde/section.h"
 #include "wisp/pde/solve.h"
-#include "wisp/scene/io.h"
 
 namespace {
 
@@ -149,16 +148,6 @@ study_values load_values(const std::string& file, const pde_study& s) {
   return values;
 }
 
-// Mistakes that only the library knows are those of the file, or of an option.
-template <typename F>
-auto blame(const pde_study& s, const std::string& place, F&& f) {
-  try {
-    return f();
-  } catch (const std::invalid_argument& error) {
-    throw wisp::file_error(s.scene.path.string(), place, error.what());
-  }
-}
-
 std::optional<study_measurement> run_walks(pde_study& s, std::uint64_t walks, std::uint64_t seed,
                                            const std::function<void(double)>& progress) {
   phase_timer clock;
@@ -173,10 +162,11 @@ std::optional<study_measurement> run_walks(pde_study& s, std::uint64_t walks, st
     return !interrupt_flag().load();
   };
   clock.start("run");
-  const auto solution = blame(s, fmt::format("problems[{}]", s.task.problem), [&] {
-    return s.is_section() ? solve_section(problem.problem, s.grid, options)
-                          : solve(problem.problem, s.points, options.solve);
-  });
+  const auto solution =
+      blame(s.scene.path.string(), fmt::format("problems[{}]", s.task.problem), [&] {
+        return s.is_section() ? solve_section(problem.problem, s.grid, options)
+                              : solve(problem.problem, s.points, options.solve);
+      });
   clock.stop();
   if (interrupt_flag()) return std::nullopt;
   finish_parts(problem);
@@ -202,22 +192,14 @@ study_subject make_pde_subject(const study_arguments& args, const study_watch& w
   phase_timer timer;
   timer.start("load");
   watch("load: " + a.scene);
-  if (ending(a.scene) != ".json") {
-    throw wisp::file_error(a.scene, "", "holds no problems; problems are part of .json scenes");
-  }
-  wisp::scene_load_options load;
-  load.choose_problem = [&](const wisp::scene_data& scene) {
-    s->task = find_task(scene, a);
-    return s->task.problem;
-  };
-  s->scene = wisp::load_json_scene(a.scene, warnings, load);
+  s->scene = load_task(a, s->task, warnings);
   if (!a.points.empty()) s->points = load_points(a.points);
   const auto& data = s->scene.problems[static_cast<std::size_t>(s->task.problem)];
-  auto& o = s->options.solve;
-  o.epsilon = a.epsilon > 0 ? a.epsilon : data.epsilon;
-  o.max_steps = a.max_steps > 0 ? a.max_steps : data.max_steps;
-  o.gradient = a.gradient;
-  o.threads = s->threads = a.threads;
+  s->options.solve = make_options(a, data);
+  // budgets of the study, not of a run
+  s->options.solve.error = 0;
+  s->options.solve.seconds = std::numeric_limits<double>::infinity();
+  s->threads = a.threads;
   s->channels = data.channels;
 
   timer.start("build");
@@ -230,7 +212,7 @@ study_subject make_pde_subject(const study_arguments& args, const study_watch& w
   std::string where = fmt::format("{} points", s->points.size());
   if (s->is_section()) {
     const auto& section = s->scene.sections[static_cast<std::size_t>(s->task.section)];
-    blame(*s, fmt::format("sections[{}]", s->task.section), [&] {
+    blame(a.scene, fmt::format("sections[{}]", s->task.section), [&] {
       s->grid = make_section_grid(problem.problem.domain, make_plane(section), s->threads);
     });
     s->points = s->grid.points;
