@@ -8,6 +8,7 @@
 #include <sstream>
 #include <thread>
 
+#include "study_measures.h"
 #include "wisp/core/error.h"
 
 using json = nlohmann::ordered_json;
@@ -60,18 +61,6 @@ study_errors read_errors(const json& j) {
   return e;
 }
 
-study_fit read_fit(const json& j) {
-  study_fit f;
-  f.count = j.at("runs").get<int>();
-  f.slope = number(j, "slope");
-  f.half_width = number(j, "half_width_95");
-  f.intercept = number(j, "intercept");
-  f.mean_x = number(j, "mean_x");
-  f.sum_xx = number(j, "sum_xx");
-  f.residual = number(j, "residual");
-  return f;
-}
-
 study_result read_study(const json& j) {
   study_result s;
   s.version = j.at("wisp").get<std::string>();
@@ -119,8 +108,8 @@ study_result read_study(const json& j) {
     s.images.push_back(
         {image.at("file").get<std::string>(), number(image, "seconds"), read_errors(image)});
   }
-  s.time_fit = read_fit(j.at("time_fit"));
-  s.budget_fit = read_fit(j.at("budget_fit"));
+  s.time_fit = fit_time(s.runs);
+  s.budget_fit = fit_budget(s.runs);
   return s;
 }
 

@@ -111,7 +111,7 @@ class script {
     std::string result = data_;
     result += fmt::format(
         "set logscale xy\nset xrange {}\nset yrange {}\nset xtics {}\nset ytics {}\n"
-        "set xlabel 'seconds of estimating'\nset ylabel 'root mean square error'\n"
+        "set xlabel 'seconds of estimating' offset 0,0.4\nset ylabel 'root mean square error'\n"
         "set grid xtics ytics linewidth 0.6 linecolor rgb '#cccccc' dashtype 1\n"
         "set border linewidth 0.8 linecolor rgb '#666666'\nset tics textcolor rgb '#333333'\n"
         "set key below Left reverse noenhanced maxrows 4\nset title {} noenhanced\n"
