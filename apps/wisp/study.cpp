@@ -171,8 +171,6 @@ study_reference make_reference(const study_arguments& args, const study_subject&
     r.kind = "exact";
     r.source = subject.exact_text;
     r.values.mean = subject.exact;
-    // A short run, so that the first that counts does not pay for cold caches.
-    progress.run(subject, 1, args.solve.seed, "warming up");
   } else {
     const std::uint64_t budget = std::min(16 * largest, subject.most);
     r.kind = "run";
@@ -185,6 +183,8 @@ study_reference make_reference(const study_arguments& args, const study_subject&
     subject.save_reference(fs::path(args.output) / ("reference" + subject.reference_ending),
                            r.values);
   }
+  // A short run, so that the first that counts does not pay for cold caches.
+  if (r.kind != "run") progress.run(subject, 1, args.solve.seed, "warming up");
   if (std::none_of(r.values.mean.begin(), r.values.mean.end(),
                    [](double v) { return std::isfinite(v); })) {
     throw wisp::file_error(
@@ -297,6 +297,7 @@ int run_compare(const study_arguments& args, const std::string& command_line) {
 int run_study(const study_arguments& args, const std::string& command_line) {
   check_arguments(args);
   if (!args.compare.empty()) return run_compare(args, command_line);
+  check_files(args.solve);
   if (!args.no_plots) check_gnuplot();
   progress_line line(args.solve.quiet);
   watch_interrupts();

@@ -7,7 +7,6 @@
 #include <limits>
 #include <memory>
 
-#include "commands.h"
 #include "console.h"
 #include "estimators.h"
 #include "pde_scene.h"
@@ -186,9 +185,6 @@ study_subject make_pde_subject(const study_arguments& args, const study_watch& w
                                wisp::warning_list& warnings) {
   auto s = std::make_shared<pde_study>();
   const auto& a = args.solve;
-  if (!a.points.empty() && !a.section.empty()) {
-    throw usage_error("--points and --section exclude each other");
-  }
   phase_timer timer;
   timer.start("load");
   watch("load: " + a.scene);

@@ -275,6 +275,9 @@ TEST_CASE("cli: studies refuse what they cannot do and leave nothing") {
   fault(study(f, scene, "out", {"--section", "cut", "--no-plots", "--reference", points}),
         "points.csv");
   fault(study(f, scene, "out", {"--section", "cut", "--no-plots", "--reference", scene}), ".csv");
+  fault(study(f, scene, "out",
+              {"--section", "cut", "--no-plots", "--report", f / "no/such/report.json"}),
+        "no/such");
   const auto outside = f.write("outside.csv", "x,y,z\n5,0,0\n");
   fault(study(f, scene, "out",
               {"--problem", "known", "--points", outside, "--no-plots", "--budgets", "4"}),
