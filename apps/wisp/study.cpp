@@ -115,14 +115,16 @@ void check_arguments(const study_arguments& args) {
   }
 }
 
-// Where options do not tell: the problems of a scene that has some.
+// Where options do not tell: the problems of a scene that has some. Reading one tells what
+// is wrong with a file that is no JSON, in a wisp that cannot render too.
 bool means_problem(const study_arguments& args) {
   if (asks_for_picture(args)) return false;
   if (asks_for_problem(args.solve)) return true;
   if (ending(args.solve.scene) != ".json") return false;
   std::ifstream in(args.solve.scene, std::ios::binary);
   const auto scene = nlohmann::json::parse(in, nullptr, false);
-  return scene.is_object() && scene.contains("problems") && !scene["problems"].empty();
+  if (!scene.is_object()) return true;
+  return scene.contains("problems") && !scene["problems"].empty();
 }
 
 study_subject make_subject(const study_arguments& args, const study_watch& watch,
