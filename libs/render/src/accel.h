@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "wisp/core/math.h"
-#include "wisp/geometry/sdf.h"
 #include "wisp/core/report.h"
+#include "wisp/geometry/sdf.h"
 #include "wisp/scene/scene.h"
 
 namespace wisp {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "surface.h"
-#include "wisp/core/sampling.h"
 #include "wisp/core/report.h"
+#include "wisp/core/sampling.h"
 
 namespace wisp {
 
