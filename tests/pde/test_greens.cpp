@@ -6,10 +6,14 @@
 #include <cmath>
 #include <functional>
 
-#include "../../libs/pde/src/ball_kernels.h"
+#include "ball_points.h"
 #include "wisp/pde/greens.h"
 
 using namespace wisp;
+using wisp::test::greens_at;
+using wisp::test::lanes_of;
+using wisp::test::laplacian_at;
+using wisp::test::value_at;
 
 namespace {
 
@@ -201,11 +205,7 @@ TEST_CASE("pde: kernels of points of a ball") {
       CAPTURE(x);
       CAPTURE(y.z);
       const ball_kernels kernel(ball, y);
-      const auto value = [&](const dvec3& nu) {
-        double v = 0;
-        kernel.values({&nu, 1}, {&v, 1});
-        return v;
-      };
+      const auto value = [&](const dvec3& nu) { return value_at(kernel, nu); };
       CHECK(sphere_mean(value) == doctest::Approx(kernel.value_mean()).epsilon(1e-4));
       CHECK(sphere_mean([&](const dvec3& nu) { return value(nu) * nu.z; }) ==
             doctest::Approx(kernel.value_slope() * y.z).epsilon(1e-4));
@@ -217,16 +217,10 @@ TEST_CASE("pde: kernels of points of a ball") {
       CHECK(sphere_mean([&](const dvec3& nu) { return value(nu) * u(R * nu); }) ==
             doctest::Approx(u(y)).epsilon(1e-4));
       // the mean over the ball of what Green's function is, and what it is on the sphere
-      const auto greens_at = [&](const dvec3& z) {
-        double g = 0;
-        kernel.greens({&z, 1}, {&g, 1});
-        return g;
-      };
-      CHECK(greens_at(0.999999 * R * dvec3{0.6, 0, 0.8}) < 1e-5);
+      CHECK(greens_at(ball, kernel, 0.999999 * R * dvec3{0.6, 0, 0.8}) < 1e-5);
       const dvec3 z{-0.2, 0.5, 0.1};
-      double back = 0;
-      ball_kernels(ball, z).greens({&y, 1}, {&back, 1});
-      CHECK(greens_at(z) == doctest::Approx(back).epsilon(1e-8));
+      const double back = greens_at(ball, ball_kernels(ball, z), y);
+      CHECK(greens_at(ball, kernel, z) == doctest::Approx(back).epsilon(1e-8));
       // 1 = value_mean + c mass
       CHECK(kernel.value_mean() + k * k * kernel.greens_mass() ==
             doctest::Approx(1).epsilon(1e-10));
@@ -236,13 +230,15 @@ TEST_CASE("pde: kernels of points of a ball") {
       constexpr int shells = 60;
       for (int i = 0; i < shells; ++i) {
         const double r = R * (i + 0.5) / shells;
-        double mean = 0;
+        std::vector<dvec3> points;
         for (int row = 0; row < 60; ++row) {
           for (int j = 0; j < 24; ++j) {
-            mean +=
-                greens_at(r * direction_of(-1 + (2 * row + 1.0) / 60, 2 * pi_d * (j + 0.3) / 24));
+            points.push_back(r *
+                             direction_of(-1 + (2 * row + 1.0) / 60, 2 * pi_d * (j + 0.3) / 24));
           }
         }
+        double mean = 0;
+        for (const double g : greens_at(ball, kernel, points)) mean += g;
         mass += 4 * pi_d * r * r * mean / (60 * 24) * R / shells;
       }
       CHECK(mass == doctest::Approx(kernel.greens_mass()).epsilon(0.02));
@@ -258,11 +254,41 @@ TEST_CASE("pde: the kernel of a biharmonic function's Laplacian") {
   for (const dvec3& y : {dvec3{0, 0, 0}, dvec3{0.1, -0.2, 0.3}, dvec3{0.3, 0, 0.4}}) {
     const ball_kernels kernel(ball, y);
     const double found = sphere_mean([&](const dvec3& nu) {
-      double p = 0, q = 0;
-      kernel.values({&nu, 1}, {&p, 1});
-      kernel.laplacians({&nu, 1}, {&q, 1});
-      return p * u(R * nu) - q * lap(R * nu);
+      return value_at(kernel, nu) * u(R * nu) - laplacian_at(kernel, nu) * lap(R * nu);
     });
     CHECK(found == doctest::Approx(u(y)).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("pde: kernels of many points at once are those of each") {
+  rng_state rng = make_rng(12);
+  const double R = 1.3;
+  for (const double x : {0.0, 0.01, 2.0, 3.0}) {
+    CAPTURE(x);
+    const auto type = x > 0 ? ball_kernel_type::screened : ball_kernel_type::harmonic;
+    const kernel_ball ball(type, R, x / R);
+    const ball_kernels kernel(ball, 0.4 * R * sample_direction(rng));
+    for (const std::size_t n : {1u, 7u, 8u, 9u, 31u, 40u, 100u}) {
+      CAPTURE(n);
+      std::vector<dvec3> nu, z;
+      for (std::size_t i = 0; i < n; ++i) {
+        nu.push_back(sample_direction(rng));
+        z.push_back(R * std::cbrt(rand1d(rng)) * sample_direction(rng));
+      }
+      const lanes_of lanes(nu);
+      std::vector<double> values(lanes.get().count);
+      kernel.values(lanes.get(), values.data());
+      const std::vector<double> greens = greens_at(ball, kernel, z);
+      double sum = 0;
+      for (std::size_t i = 0; i < n; ++i) {
+        CHECK(values[i] == doctest::Approx(value_at(kernel, nu[i])).epsilon(1e-12));
+        // a sample far out has more terms taken for all
+        CHECK(greens[i] == doctest::Approx(greens_at(ball, kernel, z[i])).epsilon(1e-8));
+        sum += values[i] * values[i];
+      }
+      for (std::size_t i = n; i < values.size(); ++i) values[i] = 0;
+      CHECK(sum_of_products(values.data(), values.data(), values.size()) ==
+            doctest::Approx(sum).epsilon(1e-12));
+    }
   }
 }

@@ -7,10 +7,12 @@
 #include <cmath>
 #include <functional>
 
-#include "../../libs/pde/src/ball_kernels.h"
+#include "ball_points.h"
 #include "wisp/pde/greens.h"
 
 using namespace wisp;
+using wisp::test::greens_at;
+using wisp::test::value_at;
 
 namespace {
 
@@ -225,16 +227,12 @@ TEST_CASE("pde: screened kernels of balls come near the harmonic ones as screeni
   const dvec3 y{0.2, -0.3, 0.25}, nu = glm::normalize(dvec3{1, 1, -1}), z{-0.4, 0.1, 0.5};
   const kernel_ball harmonic(ball_kernel_type::harmonic, 1.2, 0);
   const ball_kernels exact(harmonic, y);
-  double value = 0, green = 0;
-  exact.values({&nu, 1}, {&value, 1});
-  exact.greens({&z, 1}, {&green, 1});
+  const double value = value_at(exact, nu), green = greens_at(harmonic, exact, z);
   for (const double x : {1e-12, 1e-8, 1e-6, 1e-4}) {
     CAPTURE(x);
     const kernel_ball screened(ball_kernel_type::screened, 1.2, x / 1.2);
     const ball_kernels near(screened, y);
-    double v = 0, g = 0;
-    near.values({&nu, 1}, {&v, 1});
-    near.greens({&z, 1}, {&g, 1});
+    const double v = value_at(near, nu), g = greens_at(screened, near, z);
     const double slack = 3e-9 + 2 * x * x;  // what is cut off, and what screening does
     CHECK(v == doctest::Approx(value).epsilon(slack));
     CHECK(g == doctest::Approx(green).epsilon(slack));
@@ -246,8 +244,7 @@ TEST_CASE("pde: screened kernels of balls come near the harmonic ones as screeni
   for (const double x : {0.3, 0.999, 1.001, 3.0}) {
     const kernel_ball ball(ball_kernel_type::screened, 1.2, x / 1.2);
     const ball_kernels middle(ball, {0, 0, 0});
-    double g = 0;
-    middle.greens({&z, 1}, {&g, 1});
+    const double g = greens_at(ball, middle, z);
     CHECK(g == doctest::Approx(greens(glm::length(z), 1.2, x / 1.2)).epsilon(1e-9));
     CHECK(middle.value_mean() == doctest::Approx(mean_value_factor(1.2, x / 1.2)).epsilon(1e-12));
     CHECK(middle.value_slope() ==

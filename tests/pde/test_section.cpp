@@ -59,14 +59,14 @@ TEST_CASE("pde: sections with shared walks are as far off as they say") {
     REQUIRE(grid.points.size() > 100);
     // few points of each of many runs, as errors of neighbours go together
     scores s;
-    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
       section_options o;
       o.solve.walks = 64;
       o.solve.epsilon = 1e-6;
       o.solve.seed = seed;
       const solution found = solve_section(c.problem, grid, o);
       REQUIRE(found.values.size() == grid.points.size());
-      for (std::size_t i = seed; i < grid.points.size(); i += 29) {
+      for (std::size_t i = seed % 29; i < grid.points.size(); i += 29) {
         REQUIRE(found.values[i].status == point_status::ok);
         // next to the boundary one walk in many goes far, and errors of few are not normal
         if (c.problem.domain.clearance(grid.points[i], 0.1) < 0.03) continue;

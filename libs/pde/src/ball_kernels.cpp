@@ -33,6 +33,9 @@ int terms_for(double q) {
   return std::clamp(static_cast<int>(std::log(cut_off) / std::log(q) * 1.15) + 6, 3, series_terms);
 }
 
+// i_0(t) exp(-t)
+double i0_scaled(double t) { return t < 1e-8 ? 1 - t : -std::expm1(-2 * t) / (2 * t); }
+
 }  // namespace
 
 kernel_ball::kernel_ball(ball_kernel_type t, double radius, double screening)
@@ -93,106 +96,48 @@ ball_kernels::ball_kernels(const kernel_ball& ball, const dvec3& y)
   }
 }
 
-// Legendre polynomials of many cosines, by Bonnet's recurrence: in each step the loop
-// over the cosines is one of independent operations.
-struct ball_kernels::legendre {
-  using lanes = std::array<double, max_batch>;
-  lanes cosine = {}, p0, p1;
-  int l = 0;
-
-  legendre() {
-    p0.fill(1);
-    p1.fill(0);
-  }
-  void start() { p1 = cosine; }
-  // From P_l, P_(l + 1) to the next.
-  void next() {
-    ++l;
-    const double a = (2.0 * l + 1) / (l + 1.0), b = l / (l + 1.0);
-    for (std::size_t j = 0; j < max_batch; ++j) {
-      const double p2 = a * cosine[j] * p1[j] - b * p0[j];
-      p0[j] = p1[j];
-      p1[j] = p2;
-    }
-  }
-};
-
-void ball_kernels::series(std::span<const dvec3> nu, std::span<double> result) const {
-  legendre p;
-  for (std::size_t j = 0; j < nu.size(); ++j) p.cosine[j] = r_ > 0 ? glm::dot(y_, nu[j]) / r_ : 0;
-  p.start();
-  legendre::lanes sum;
-  sum.fill(terms_[0]);
-  for (int l = 1; l < count_; ++l) {
-    const double t = terms_[static_cast<std::size_t>(l)];
-    for (std::size_t j = 0; j < max_batch; ++j) sum[j] += t * p.p1[j];
-    p.next();
-  }
-  std::copy_n(sum.begin(), nu.size(), result.begin());
+std::size_t kernel_ball::product_rows() const {
+  return type == ball_kernel_type::screened ? static_cast<std::size_t>(terms_for(0.6)) : 0;
 }
 
-void ball_kernels::values(std::span<const dvec3> nu, std::span<double> result) const {
-  if (ball_.type == ball_kernel_type::screened) return series(nu, result);
-  for (std::size_t j = 0; j < nu.size(); ++j) {
-    result[j] = poisson_kernel(r_, glm::distance(y_, ball_.R * nu[j]), ball_.R);
+void kernel_ball::products(const point_lanes& z, double* result) const {
+  const auto rows = static_cast<int>(product_rows());
+  if (rows == 0) return;
+  const double x = k * R;
+  for (std::size_t j = 0; j < z.count; ++j) {
+    const double c = k * glm::length(dvec3{z.x[j], z.y[j], z.z[j]});
+    result[j] = i0_scaled(c) / i0_scaled(x) * std::exp(c - x);
   }
+  extend_products(k, rise.data(), rows, z, result);
 }
 
-void ball_kernels::laplacians(std::span<const dvec3> nu, std::span<double> result) const {
-  series(nu, result);
+void ball_kernels::values(const point_lanes& nu, double* result) const {
+  if (ball_.type != ball_kernel_type::screened) return poisson_kernels(y_, ball_.R, nu, result);
+  laplacians(nu, result);
 }
 
-void ball_kernels::greens(std::span<const dvec3> z, std::span<double> result) const {
-  if (ball_.type == ball_kernel_type::screened) return screened_greens(z, result);
-  const double R = ball_.R;
-  for (std::size_t j = 0; j < z.size(); ++j) {
-    const double b2 = glm::dot(z[j], z[j]), yz = glm::dot(y_, z[j]);
-    const double mirrored = r_ * r_ * b2 - 2 * R * R * yz + R * R * R * R;
-    const double far = R / std::sqrt(std::max(mirrored, 0.0));
-    result[j] = std::max(1 / glm::distance(y_, z[j]) - far, 0.0) / (4 * pi_d);
-  }
+void ball_kernels::laplacians(const point_lanes& nu, double* result) const {
+  legendre_series(terms_.data(), count_, r_ > 0 ? y_ / r_ : dvec3{0}, nu, result);
 }
 
-// exp(-k d) / (4 pi d) - k / (4 pi) sum (2 l + 1) i_l(k r) i_l(k b) k_l(k R) / i_l(k R) P_l
-void ball_kernels::screened_greens(std::span<const dvec3> z, std::span<double> result) const {
-  const double R = ball_.R, k = ball_.k, x = k * R, a = k * r_;
-  const auto i0_scaled = [](double t) { return t < 1e-8 ? 1 - t : -std::expm1(-2 * t) / (2 * t); };
-  const double shared = k * i0_scaled(a) / i0_scaled(x) / x;
-  legendre p;
-  legendre::lanes c = {}, g = {}, sum = {}, rise = {};
-  double longest = 0;
-  for (std::size_t j = 0; j < z.size(); ++j) {
-    const double b = glm::length(z[j]);
-    longest = std::max(longest, b);
-    c[j] = k * b;
-    p.cosine[j] = r_ > 0 && b > 0 ? glm::dot(y_, z[j]) / (r_ * b) : 0;
-    sum[j] = g[j] = shared * i0_scaled(c[j]) * std::exp(a + c[j] - 2 * x);
+void ball_kernels::greens(const point_lanes& z, const double* products, double* result) const {
+  if (ball_.type != ball_kernel_type::screened) return harmonic_greens(y_, ball_.R, z, result);
+  // exp(-k d) / d - k sum (2 l + 1) i_l(k r) k_l(k R) i_l(k b) / i_l(k R) P_l
+  const double x = ball_.k * ball_.R, a = ball_.k * r_;
+  double longest2 = 0;
+  for (std::size_t j = 0; j < z.count; ++j) {
+    longest2 = std::max(longest2, z.x[j] * z.x[j] + z.y[j] * z.y[j] + z.z[j] * z.z[j]);
   }
-  p.start();
-  const int count = std::min(terms_for(r_ * longest / (R * R)), count_);
-  // i_l / i_(l - 1) at k b, downwards as in rising_ratios
-  std::array<legendre::lanes, series_terms + 1> rises;
-  const int start = count + 16;
-  for (std::size_t j = 0; j < max_batch; ++j) {
-    rise[j] = c[j] / (start + std::hypot(start + 0.5, c[j]));
-  }
-  for (int l = start - 1; l > 0; --l) {
-    for (std::size_t j = 0; j < max_batch; ++j) rise[j] = c[j] / (2 * l + 1 + c[j] * rise[j]);
-    if (l <= count) rises[static_cast<std::size_t>(l)] = rise;
-  }
+  const int count = std::min(terms_for(r_ * std::sqrt(longest2) / (ball_.R * ball_.R)), count_);
+  series_array terms;
+  double t = ball_.k * i0_scaled(a) * std::exp(a - x) / x;
+  terms[0] = t;
   for (int l = 1; l < count; ++l) {
     const auto i = static_cast<std::size_t>(l);
-    const double f = rise_[i] * ball_.fall[i] / ball_.rise[i];
-    for (std::size_t j = 0; j < max_batch; ++j) {
-      g[j] *= f * rises[i][j];
-      sum[j] += (2 * l + 1) * g[j] * p.p1[j];
-    }
-    p.next();
+    t *= rise_[i] * ball_.fall[i];
+    terms[i] = (2 * l + 1) * t;
   }
-  for (std::size_t j = 0; j < z.size(); ++j) {
-    const double d = glm::distance(y_, z[j]);
-    result[j] = std::max(std::exp(-k * d) / d - sum[j], 0.0) / (4 * pi_d);
-  }
+  screened_greens(y_, ball_.k, terms.data(), count, z, products, result);
 }
 
 }  // namespace wisp

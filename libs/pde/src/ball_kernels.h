@@ -7,9 +7,8 @@
 
 #include <array>
 #include <cstddef>
-#include <span>
 
-#include "wisp/core/math.h"
+#include "ball_lanes.h"
 
 namespace wisp {
 
@@ -17,7 +16,6 @@ enum struct ball_kernel_type { harmonic, screened, biharmonic };
 
 // Terms that series of points within 0.6 R may need.
 inline constexpr int series_terms = 64;
-inline constexpr std::size_t max_batch = 16;
 using series_array = std::array<double, series_terms + 1>;
 
 // A ball of radius R around the origin; k is the square root of the screening.
@@ -30,6 +28,11 @@ struct kernel_ball {
 
   kernel_ball() = default;
   kernel_ball(ball_kernel_type type, double R, double k);
+
+  // What Green's functions of all points of the ball need of sources at z: rows of
+  // z.count numbers. None where they are closed forms.
+  std::size_t product_rows() const;
+  void products(const point_lanes& z, double* result) const;
 };
 
 // A point y of it, |y| <= 0.6 R.
@@ -39,22 +42,17 @@ class ball_kernels {
 
   // u(y) = mean over nu of value(nu) u(R nu) - ... The mean of value is value_mean(), and
   // that of value(nu) nu is value_slope() y.
-  // Of up to max_batch directions, or points, at once.
-  void values(std::span<const dvec3> nu, std::span<double> result) const;
+  void values(const point_lanes& nu, double* result) const;
   double value_mean() const { return mean_; }
   double value_slope() const { return slope_; }
   // Biharmonic: u(y) = ... - mean of laplacian(nu) lap u(R nu).
-  void laplacians(std::span<const dvec3> nu, std::span<double> result) const;
-  // Green's function for a source at z, |z| < R; z != y.
-  void greens(std::span<const dvec3> z, std::span<double> result) const;
+  void laplacians(const point_lanes& nu, double* result) const;
+  // Green's function for sources at z, |z| <= R; z != y. `products` are those of the ball.
+  void greens(const point_lanes& z, const double* products, double* result) const;
   // Its integral over the ball.
   double greens_mass() const { return mass_; }
 
  private:
-  struct legendre;
-  void series(std::span<const dvec3> nu, std::span<double> result) const;
-  void screened_greens(std::span<const dvec3> z, std::span<double> result) const;
-
   const kernel_ball& ball_;
   dvec3 y_;
   double r_, mean_ = 1, slope_ = 0, mass_ = 0;
