@@ -158,10 +158,17 @@ TEST_CASE("pde: sources on curves and meshes") {
   section_options o;
   o.solve.walks = 256;
   o.solve.epsilon = 1e-6;
-  const solution s = solve_section(all, grid, o);
-  for (std::size_t i = 0; i < grid.points.size(); i += 3) {
-    z.add(s.values[i].mean.x, s.values[i].standard_error.x, sum(grid.points[i]));
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    o.solve.seed = seed;
+    const solution s = solve_section(all, grid, o);
+    for (std::size_t i = seed; i < grid.points.size(); i += 13) {
+      // next to the boundary one walk in many goes far, and errors of few are not normal
+      if (glm::length(grid.points[i]) > 0.95) continue;
+      z.add(s.values[i].mean.x, s.values[i].standard_error.x, sum(grid.points[i]));
+    }
   }
+  CHECK(z.count > 30);
+  CHECK(z.mean_is_right());
   CHECK(z.squares / z.count < 2);
 }
 

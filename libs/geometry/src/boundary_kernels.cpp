@@ -29,10 +29,11 @@
 // after foreach_target.h
 #include <hwy/highway.h>
 
+#include "src/lanes-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace wisp::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
 using edge_lanes = hn::CappedTag<double, boundary_width>;
 using edge_doubles = hn::Vec<edge_lanes>;
 
@@ -141,11 +142,9 @@ HWY_INLINE void add_edges(const boundary_leaf& leaf, std::size_t i, const edge_r
   if (HWY_UNLIKELY(!hn::AllFalse(d, unsure))) {
     HWY_ALIGN double xs[boundary_width];
     HWY_ALIGN double ys[boundary_width];
-    uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, unsure, bits);
     hn::Store(x, d, xs);
     hn::Store(y, d, ys);
-    settle(xs, ys, bits[0], leaf, i, ray);
+    settle(xs, ys, mask_bits(d, unsure), leaf, i, ray);
     y = hn::Load(d, ys);
   }
   multiply(z, x, y);
@@ -252,9 +251,7 @@ double boundary_angle(const boundary_tree& tree, const dvec3& p, int axis, doubl
       const auto is_far = hn::And(missed, hn::Gt(r2, hn::Load(d, g.far2 + i)));
       if (hn::AllFalse(d, is_far)) continue;
       far_sum = hn::Add(far_sum, hn::IfThenElseZero(is_far, series(g, i, x, y, zz, r2)));
-      uint8_t bits[8] = {};
-      hn::StoreMaskBits(d, is_far, bits);
-      far |= static_cast<uint32_t>(bits[0]) << i;
+      far |= mask_bits(d, is_far) << i;
     }
     for (uint32_t i = 0; i < g.count; ++i) {
       const uint32_t child = o.group * boundary_width + i;

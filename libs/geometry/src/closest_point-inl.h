@@ -15,14 +15,11 @@
 #include <bit>
 #include <cmath>
 
+#include "src/lanes-inl.h"
 #include "src/query.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace wisp::HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using lanes = hn::CappedTag<float, bvh_width>;
-using floats = hn::Vec<lanes>;
 
 // Squared lower bounds of the distances of p to the children from lane i on, and,
 // where upper2 is given, squared upper bounds: the box's farthest corner, and the
@@ -37,7 +34,7 @@ HWY_INLINE floats child_distance2(const bvh_node& n, std::size_t i, floats px, f
   const floats bx = hn::Max(hn::Max(hn::Sub(x0, px), hn::Sub(px, x1)), zero);
   const floats by = hn::Max(hn::Max(hn::Sub(y0, py), hn::Sub(py, y1)), zero);
   const floats bz = hn::Max(hn::Max(hn::Sub(z0, pz), hn::Sub(pz, z1)), zero);
-  const floats box2 = hn::MulAdd(bx, bx, hn::MulAdd(by, by, hn::Mul(bz, bz)));
+  const floats box2 = dot(bx, by, bz, bx, by, bz);
 
   const floats qx = hn::Sub(px, hn::Mul(half, hn::Add(x0, x1)));
   const floats qy = hn::Sub(py, hn::Mul(half, hn::Add(y0, y1)));
@@ -45,11 +42,11 @@ HWY_INLINE floats child_distance2(const bvh_node& n, std::size_t i, floats px, f
   const floats nx = hn::Load(d, n.normal[0] + i);
   const floats ny = hn::Load(d, n.normal[1] + i);
   const floats nz = hn::Load(d, n.normal[2] + i);
-  const floats z = hn::MulAdd(qx, nx, hn::MulAdd(qy, ny, hn::Mul(qz, nz)));
+  const floats z = dot(qx, qy, qz, nx, ny, nz);
   const floats lx = hn::NegMulAdd(z, nx, qx);
   const floats ly = hn::NegMulAdd(z, ny, qy);
   const floats lz = hn::NegMulAdd(z, nz, qz);
-  const floats l = hn::Sqrt(hn::MulAdd(lx, lx, hn::MulAdd(ly, ly, hn::Mul(lz, lz))));
+  const floats l = hn::Sqrt(dot(lx, ly, lz, lx, ly, lz));
   const floats z_min = hn::Load(d, n.z_min + i), z_max = hn::Load(d, n.z_max + i);
   const floats radius = hn::Load(d, n.radius + i);
   const floats over = hn::Max(hn::Max(hn::Sub(z_min, z), hn::Sub(z, z_max)), zero);
@@ -60,7 +57,7 @@ HWY_INLINE floats child_distance2(const bvh_node& n, std::size_t i, floats px, f
     const floats fx = hn::Max(hn::Sub(px, x0), hn::Sub(x1, px));
     const floats fy = hn::Max(hn::Sub(py, y0), hn::Sub(y1, py));
     const floats fz = hn::Max(hn::Sub(pz, z0), hn::Sub(z1, pz));
-    const floats corner2 = hn::MulAdd(fx, fx, hn::MulAdd(fy, fy, hn::Mul(fz, fz)));
+    const floats corner2 = dot(fx, fy, fz, fx, fy, fz);
     const floats height = hn::Max(hn::Sub(z, z_min), hn::Sub(z_max, z));
     const floats width = hn::Add(l, radius);
     // without a normal there is no cylinder but a ball
@@ -80,7 +77,7 @@ HWY_INLINE floats edge_distance2(floats x, floats y, floats z, floats ex, floats
   const floats rx = hn::NegMulAdd(t, ex, x);
   const floats ry = hn::NegMulAdd(t, ey, y);
   const floats rz = hn::NegMulAdd(t, ez, z);
-  return hn::MulAdd(rx, rx, hn::MulAdd(ry, ry, hn::Mul(rz, rz)));
+  return dot(rx, ry, rz, rx, ry, rz);
 }
 
 // Squared distances to the elements of a leaf from lane i on: each that of a point
@@ -88,9 +85,6 @@ HWY_INLINE floats edge_distance2(floats x, floats y, floats z, floats ex, floats
 HWY_INLINE floats leaf_distance2(const bvh_leaf& leaf, std::size_t i, floats px, floats py,
                                  floats pz) {
   const lanes d;
-  const auto dot = [](floats ax, floats ay, floats az, floats bx, floats by, floats bz) {
-    return hn::MulAdd(ax, bx, hn::MulAdd(ay, by, hn::Mul(az, bz)));
-  };
   const floats x = hn::Sub(px, hn::Load(d, leaf.a[0] + i));
   const floats y = hn::Sub(py, hn::Load(d, leaf.a[1] + i));
   const floats z = hn::Sub(pz, hn::Load(d, leaf.a[2] + i));
@@ -127,13 +121,6 @@ HWY_INLINE floats leaf_distance2(const bvh_leaf& leaf, std::size_t i, floats px,
   return hn::IfThenElse(inside, hn::Min(face, edges), edges);
 }
 
-template <typename Mask>
-HWY_INLINE uint32_t bits_of(Mask m) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(lanes(), m, bytes);
-  return bytes[0];
-}
-
 // Puts the children that are no farther than `limit2` on the stack, the nearest on
 // top and the others as they come: to sort them all costs more than it saves.
 // Without a branch, which no processor could predict.
@@ -148,7 +135,7 @@ HWY_INLINE void push(query_stack& stack, const bvh_node& node, const float* HWY_
   least = hn::MinOfLanes(d, least);
   uint32_t equal = 0;
   for (std::size_t i = 0; i < bvh_width; i += hn::Lanes(d)) {
-    equal |= bits_of(hn::Eq(hn::Load(d, lower + i), least)) << i;
+    equal |= mask_bits(hn::Eq(hn::Load(d, lower + i), least)) << i;
   }
   const auto nearest = static_cast<uint32_t>(std::countr_zero(equal));
   std::size_t top = stack.top;

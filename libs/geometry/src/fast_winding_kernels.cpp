@@ -13,24 +13,10 @@
 #include <bit>
 
 #include "src/fast_winding_data.h"
+#include "src/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace wisp::HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using lanes = hn::CappedTag<float, bvh_width>;
-using floats = hn::Vec<lanes>;
-
-template <typename Mask>
-HWY_INLINE uint32_t mask_bits(Mask m) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(lanes(), m, bytes);
-  return bytes[0];
-}
-
-HWY_INLINE floats dot(floats ax, floats ay, floats az, floats bx, floats by, floats bz) {
-  return hn::MulAdd(ax, bx, hn::MulAdd(ay, by, hn::Mul(az, bz)));
-}
 
 // atan2(y, x) within 2e-7; Abramowitz and Stegun, 1964, 4.4.49. 0 for y = x = 0.
 HWY_INLINE floats angle_of(floats y, floats x) {

@@ -25,24 +25,15 @@
 // after foreach_target.h
 #include <hwy/highway.h>
 
+#include "src/lanes-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace wisp::HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using crossing_lanes = hn::CappedTag<float, bvh_width>;
-using crossing_floats = hn::Vec<crossing_lanes>;
-
-template <typename Mask>
-HWY_INLINE uint32_t crossing_bits(Mask m) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(crossing_lanes(), m, bytes);
-  return bytes[0];
-}
 
 // Bit i: the segment may meet the box of child i.
 template <typename Push>
 HWY_INLINE void open_node(const bvh_node& n, const float_segment& s, const Push& push) {
-  const crossing_lanes d;
+  const lanes d;
   const auto low_u = hn::Set(d, s.low[0]), high_u = hn::Set(d, s.high[0]);
   const auto low_v = hn::Set(d, s.low[1]), high_v = hn::Set(d, s.high[1]);
   const auto low_k = hn::Set(d, s.low[2]), high_k = hn::Set(d, s.high[2]);
@@ -67,7 +58,7 @@ struct leaf_crossings {
 // are wrong by less than 25 u L; with S the product of the sums of each, p's volume by
 // 17 u S and q's by 49 u S. Rounded up, and away from where floats are subnormal.
 HWY_INLINE leaf_crossings cross_leaf(const bvh_leaf& leaf, const float_segment& s) {
-  const crossing_lanes d;
+  const lanes d;
   const auto zero = hn::Zero(d), least = hn::Set(d, 1e-35f);
   leaf_crossings r;
   for (std::size_t i = 0; i < bvh_width; i += hn::Lanes(d)) {
@@ -75,8 +66,9 @@ HWY_INLINE leaf_crossings cross_leaf(const bvh_leaf& leaf, const float_segment& 
     const auto pv = hn::Sub(hn::Set(d, s.p[1]), hn::Load(d, leaf.a[s.v] + i));
     const auto bu = hn::Load(d, leaf.ab[s.u] + i), bv = hn::Load(d, leaf.ab[s.v] + i);
     const auto cu = hn::Load(d, leaf.ac[s.u] + i), cv = hn::Load(d, leaf.ac[s.v] + i);
-    const auto cross = [](crossing_floats ax, crossing_floats ay, crossing_floats bx,
-                          crossing_floats by) { return hn::MulSub(ax, by, hn::Mul(ay, bx)); };
+    const auto cross = [](floats ax, floats ay, floats bx, floats by) {
+      return hn::MulSub(ax, by, hn::Mul(ay, bx));
+    };
     const auto area = cross(bu, bv, cu, cv);
     const auto on_ab = cross(bu, bv, pu, pv), on_ca = cross(pu, pv, cu, cv);
     const auto on_bc = hn::Sub(hn::Sub(area, on_ab), on_ca);
@@ -90,18 +82,18 @@ HWY_INLINE leaf_crossings cross_leaf(const bvh_leaf& leaf, const float_segment& 
     const auto pk = hn::Sub(hn::Set(d, s.p[2]), hn::Load(d, leaf.a[s.k] + i));
     const auto bk = hn::Load(d, leaf.ab[s.k] + i), ck = hn::Load(d, leaf.ac[s.k] + i);
     const auto normal_u = cross(bv, bk, cv, ck), normal_v = cross(bk, bu, ck, cu);
-    const auto at_p = hn::MulAdd(normal_u, pu, hn::MulAdd(normal_v, pv, hn::Mul(area, pk)));
+    const auto at_p = dot(normal_u, normal_v, area, pu, pv, pk);
     const auto at_q = hn::MulAdd(area, hn::Set(d, s.to_q), at_p);
     const auto volume = hn::Mul(hn::Add(b1, hn::Abs(bk)), hn::Add(c1, hn::Abs(ck)));
     const auto sure_p = hn::Gt(hn::Abs(at_p), hn::MulAdd(volume, hn::Set(d, 32 * bvh_ulp), least));
     const auto sure_q = hn::Gt(hn::Abs(at_q), hn::MulAdd(volume, hn::Set(d, 64 * bvh_ulp), least));
 
     const uint32_t valid = ((1u << leaf.count) - 1) >> i;
-    const uint32_t candidates = crossing_bits(maybe) & valid;
-    const uint32_t up = crossing_bits(hn::Gt(low, error));
-    const uint32_t down = crossing_bits(hn::Lt(high, hn::Neg(error)));
-    const uint32_t sides = crossing_bits(hn::And(sure_p, sure_q));
-    const uint32_t parted = crossing_bits(hn::Gt(at_p, zero)) ^ crossing_bits(hn::Gt(at_q, zero));
+    const uint32_t candidates = mask_bits(maybe) & valid;
+    const uint32_t up = mask_bits(hn::Gt(low, error));
+    const uint32_t down = mask_bits(hn::Lt(high, hn::Neg(error)));
+    const uint32_t sides = mask_bits(hn::And(sure_p, sure_q));
+    const uint32_t parted = mask_bits(hn::Gt(at_p, zero)) ^ mask_bits(hn::Gt(at_q, zero));
     const uint32_t crossed = candidates & sides & parted;
     r.sum += std::popcount(crossed & up) - std::popcount(crossed & down);
     // sure of both sides and not parted: not crossed, wherever the edges are
@@ -112,8 +104,8 @@ HWY_INLINE leaf_crossings cross_leaf(const bvh_leaf& leaf, const float_segment& 
 
 int cross_all(const crossing_query& query, const float_segment& s) {
   const bvh_data& data = *query.data;
-  const crossing_lanes d;
-  const hn::RebindToUnsigned<crossing_lanes> du;
+  const lanes d;
+  const hn::RebindToUnsigned<lanes> du;
   uint32_t stack[stack_size];
   std::size_t top = 1;
   stack[0] = 0;

@@ -18,6 +18,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace wisp::HWY_NAMESPACE {
+namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 using lanes = hn::CappedTag<double, kernel_lanes>;
@@ -183,6 +184,7 @@ double sum(const double* HWY_RESTRICT a, const double* HWY_RESTRICT b, std::size
   return hn::GetLane(hn::SumOfLanes(lanes(), total));
 }
 
+}  // namespace
 }  // namespace wisp::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -111,8 +111,9 @@ void share_out(section_balls& all, const section_grid& grid, std::size_t block) 
   for (const double c : cost) total += c;
   const auto walks_of = [&](std::size_t b, double scale) {
     const double wanted = scale * std::sqrt(variance[b] / cost[b]);
-    // no fewer than each cell would have by itself, and pairs of opposite ones
-    const auto least = static_cast<double>(std::max<std::size_t>((block + 3) / 4, 2));
+    // Half of the mean at least, as where few walks go far, few tell what their error is;
+    // and pairs of opposite ones.
+    const auto least = static_cast<double>(std::max<std::size_t>((block + 1) / 2, 2));
     return std::clamp(std::round(wanted), least, static_cast<double>(max_block));
   };
   // the scale, by bisection of its logarithm
