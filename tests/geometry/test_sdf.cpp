@@ -8,24 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "wisp/core/rng.h"
+#include "random_points.h"
 #include "wisp/geometry/sdf.h"
 
 using namespace wisp;
+using wisp::test::random_point;
+using wisp::test::rounds;
+using wisp::test::uniform;
 
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int rounds = 1;
-#else
-constexpr int rounds = 10;
-#endif
-
-double uniform(rng_state& rng, double low, double high) { return low + (high - low) * rand1d(rng); }
-dvec3 random_point(rng_state& rng, double size) {
-  const double x = uniform(rng, -size, size), y = uniform(rng, -size, size);
-  return {x, y, uniform(rng, -size, size)};
-}
 
 // A solid, and by other means whether a point is inside. What follows from a value
 // that is 1-Lipschitz, 0 where the solid ends, and of the right sign: it is nowhere

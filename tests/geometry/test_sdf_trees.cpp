@@ -7,26 +7,17 @@
 #include <thread>
 #include <vector>
 
-#include "wisp/core/rng.h"
+#include "random_points.h"
 #include "wisp/geometry/sdf.h"
 
 // Trees of many solids, deep ones, and solids of any size and place.
 
 using namespace wisp;
+using wisp::test::random_point;
+using wisp::test::rounds;
+using wisp::test::uniform;
 
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int rounds = 1;
-#else
-constexpr int rounds = 10;
-#endif
-
-double uniform(rng_state& rng, double low, double high) { return low + (high - low) * rand1d(rng); }
-dvec3 random_point(rng_state& rng, double size) {
-  const double x = uniform(rng, -size, size), y = uniform(rng, -size, size);
-  return {x, y, uniform(rng, -size, size)};
-}
 
 struct counting_leaf final : sdf_leaf_base {
   sdf solid;

@@ -44,8 +44,8 @@ std::vector<shared_case> cases() {
     return std::exp(k * p.x);
   }).screening = k * k;
   add("biharmonic", pde_equation::biharmonic, [](const dvec3& p) {
-    return glm::dot(p, p) * (p.x * p.x - p.y * p.y);
-  }).boundary_laplacian = [](const dvec3& p) { return 14 * (p.x * p.x - p.y * p.y); };
+    return glm::dot(p, p) * (p.x * p.x - p.y * p.y + 1);
+  }).boundary_laplacian = [](const dvec3& p) { return 14 * (p.x * p.x - p.y * p.y) + 6; };
   return all;
 }
 
@@ -81,5 +81,30 @@ TEST_CASE("pde: sections with shared walks are as far off as they say") {
     // not independent.
     CHECK(s.squares / s.count < 1.9);
     CHECK(s.squares / s.count > 0.6);
+  }
+}
+
+TEST_CASE("pde: sections with shared walks tell how many they make") {
+  for (const std::uint64_t walks : {1u, 16u, 100u, 300u}) {
+    CAPTURE(walks);
+    pde_problem p;
+    p.domain = pde_domain(sdf_sphere({0, 0, 0}, 1));
+    p.boundary = [](const dvec3& x) { return x.x; };
+    const section_grid grid = make_section_grid(p.domain, {.resolution = 96});
+    section_options o;
+    o.solve.walks = walks;
+    std::uint64_t made = 0, planned = 0;
+    o.solve.on_progress = [&](const solve_options::progress& now) {
+      CHECK(now.walks > made);
+      made = now.walks;
+      planned = now.planned;
+      return true;
+    };
+    const solution s = solve_section(p, grid, o);
+    CHECK(made == planned);
+    CHECK(s.walks == planned);
+    // fewer than the cells would have made by themselves, but more for each of them
+    CHECK((walks < 16 || s.walks < walks * grid.points.size()));
+    for (const estimate& e : s.values) CHECK(e.walks >= 2 * walks * 9 / 10);
   }
 }

@@ -3,53 +3,15 @@
 
 #include <doctest/doctest.h>
 
-#include "closed_forms.h"
-#include "wisp/pde/greens.h"
+#include "ball_problems.h"
 
 using namespace wisp;
+using wisp::test::ball_greens;
+using wisp::test::check_values;
+using wisp::test::in_ball;
 using wisp::test::points_in;
 using wisp::test::scores;
-
-namespace {
-
-const dbox3 unit_box{{-1, -1, -1}, {1, 1, 1}};
-
-// Green's function of the unit ball, and of its outside, by an image charge.
-double ball_greens(const dvec3& x, const dvec3& y) {
-  const double image =
-      std::sqrt(std::max(glm::dot(x, x) * glm::dot(y, y) - 2 * glm::dot(x, y) + 1, 0.0));
-  return (1 / glm::distance(x, y) - 1 / image) / (4 * pi_d);
-}
-
-pde_problem in_ball() {
-  pde_problem p;
-  p.domain = pde_domain(sdf_sphere({0, 0, 0}, 1));
-  p.equation = pde_equation::poisson;
-  p.boundary = [](const dvec3&) { return 0.0; };
-  return p;
-}
-
-// z-scores of 50 points: the mean within 5 deviations and squares within 6, a false alarm
-// in 1e5 or so.
-template <typename F>
-void check(const pde_problem& p, const F& exact, solve_options o, const dbox3& box) {
-  const auto points = points_in(p.domain, 50, box, 4);
-  REQUIRE(points.size() == 50);
-  o.epsilon = 1e-6;
-  const solution s = solve(p, points, o);
-  scores z;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    REQUIRE(s.values[i].status == point_status::ok);
-    z.add(s.values[i].mean.x, std::hypot(s.values[i].standard_error.x, 1e-5), exact(points[i]));
-  }
-  const double mean = z.sum / std::sqrt(z.count), square = z.squares / z.count;
-  CAPTURE(mean);
-  CAPTURE(square);
-  CHECK(z.mean_is_right());
-  CHECK(z.squares / z.count < 1 + 6 * std::sqrt(2.0 / z.count));
-}
-
-}  // namespace
+using wisp::test::unit_box;
 
 TEST_CASE("pde: slopes of sources on curves and meshes and of screened point sources") {
   // Slopes by differences of the closed forms, held to as values are above.
@@ -108,7 +70,7 @@ TEST_CASE("pde: slopes of sources on curves and meshes and of screened point sou
     }
     return 3 * 0.36 * sum / (n * n);
   };
-  check(square, on_square, {.walks = 2048}, {{-0.7, -0.7, -0.7}, {0.7, 0.7, 0.4}});
+  check_values(square, on_square, {.walks = 2048}, {{-0.7, -0.7, -0.7}, {0.7, 0.7, 0.4}});
   check_slopes(square, on_square, {{-0.7, -0.7, -0.7}, {0.7, 0.7, 0.2}}, fundamental);
   pde_problem middle = in_ball();
   middle.equation = pde_equation::screened_poisson;
@@ -146,11 +108,11 @@ TEST_CASE("pde: sources outside of a body") {
     return -sum / n * glm::distance(a, b);
   };
   p.curve_sources.push_back({{a, 0.5 * (a + b), b}, {1, 0, 0, 0}});
-  check(p, on_line, {.walks = 1024}, around);
+  check_values(p, on_line, {.walks = 1024}, around);
   // A source's strength scales u and nothing else, however small: one part is inside of
   // the body and has no effect.
   p.curve_sources.push_back({{{0, 0, 0}, {0, 0.5, 0}}, {7, 0, 0, 0}});
-  check(p, on_line, {.walks = 1024}, around);
+  check_values(p, on_line, {.walks = 1024}, around);
   const dvec3 points[] = {{0, 0, 3}};
   p.curve_sources.pop_back();
   solve_options o;
@@ -187,7 +149,7 @@ TEST_CASE("pde: sources outside of a body") {
   }
   q.mesh_sources.push_back(shell);
   const double strength = area / (4 * pi_d);  // s a^2, less what facets lack
-  check(
+  check_values(
       q,
       [&](const dvec3& x) {
         const double r = glm::length(x);
@@ -224,7 +186,7 @@ TEST_CASE("pde: peaks with weights and uniform samples keep the mean") {
     solve_options o;
     o.sampling = sampling;
     o.walks = 2048;
-    check(p, exact, o, {{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}});
+    check_values(p, exact, o, {{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}});
   }
 }
 

@@ -2,56 +2,16 @@
 
 #include <doctest/doctest.h>
 
-#include "closed_forms.h"
-#include "wisp/pde/greens.h"
+#include "ball_problems.h"
 #include "wisp/pde/section.h"
 
 using namespace wisp;
+using wisp::test::ball_greens;
+using wisp::test::check_values;
+using wisp::test::in_ball;
 using wisp::test::points_in;
 using wisp::test::scores;
-
-namespace {
-
-const dbox3 unit_box{{-1, -1, -1}, {1, 1, 1}};
-
-// Green's function of the unit ball, by an image charge.
-double ball_greens(const dvec3& x, const dvec3& y) {
-  const double b2 = glm::dot(y, y);
-  const double image = std::sqrt(std::max(glm::dot(x, x) * b2 - 2 * glm::dot(x, y) + 1, 0.0));
-  return (1 / glm::distance(x, y) - 1 / image) / (4 * pi_d);
-}
-
-pde_problem in_ball(double radius = 1) {
-  pde_problem p;
-  p.domain = pde_domain(sdf_sphere({0, 0, 0}, radius));
-  p.equation = pde_equation::poisson;
-  p.boundary = [](const dvec3&) { return 0.0; };
-  return p;
-}
-
-template <typename F>
-void check(const pde_problem& p, const F& exact, solve_options o = {}, const dbox3& box = unit_box,
-           int channel = 0) {
-  const auto points = points_in(p.domain, 50, box, 4);
-  REQUIRE(points.size() == 50);
-  o.walks = std::max<std::uint64_t>(o.walks, 1024);
-  o.epsilon = 1e-6;
-  const solution s = solve(p, points, o);
-  scores z;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    REQUIRE(s.values[i].status == point_status::ok);
-    const double error = s.values[i].standard_error[channel];
-    // where nothing is left to sample the answer is exact, but for the shell
-    z.add(s.values[i].mean[channel], std::hypot(error, 1e-5), exact(points[i]));
-  }
-  const double mean = z.sum / std::sqrt(z.count), square = z.squares / z.count;
-  CAPTURE(mean);
-  CAPTURE(square);
-  CHECK(z.mean_is_right());
-  CHECK(z.squares / z.count < 1 + 6 * std::sqrt(2.0 / z.count));
-}
-
-}  // namespace
+using wisp::test::unit_box;
 
 TEST_CASE("pde: point sources by both estimators") {
   const dvec3 a{0.3, 0.1, -0.2}, b{-0.5, 0, 0.4};
@@ -60,23 +20,23 @@ TEST_CASE("pde: point sources by both estimators") {
     o.point_sources = way;
     pde_problem p = in_ball();
     p.point_sources = {{a, {2, 0, 0, 0}}, {b, {-0.7, 0, 0, 0}}, {{3, 0, 0}, {50, 0, 0, 0}}};
-    check(
+    check_values(
         p, [&](const dvec3& x) { return -2 * ball_greens(x, a) + 0.7 * ball_greens(x, b); }, o);
     // in the middle of a screened ball
     p.equation = pde_equation::screened_poisson;
     p.screening = 9;
     p.point_sources = {{{0, 0, 0}, {2, 0, 0, 0}}};
-    check(
+    check_values(
         p, [&](const dvec3& x) { return -2 * greens(glm::length(x), 1, 3); }, o);
     // outside of the ball: the image lies inside
     pde_problem e = in_ball();
     e.domain = pde_domain(sdf_sphere({0, 0, 0}, 1), domain_side::exterior);
     e.point_sources = {{{0, 0, 2}, {1, 0, 0, 0}}};
-    check(e,
-          [&](const dvec3& x) {
-            return -ball_greens(x, {0, 0, 2});
-          },
-          o, {{-3, -3, -3}, {3, 3, 3}});
+    check_values(e,
+                 [&](const dvec3& x) {
+                   return -ball_greens(x, {0, 0, 2});
+                 },
+                 o, {{-3, -3, -3}, {3, 3, 3}});
   }
 }
 
@@ -119,7 +79,7 @@ TEST_CASE("pde: sources on curves and meshes") {
     for (int i = 0; i < n; ++i) sum += ball_greens(x, a + (i + 0.5) / n * (b - a));
     return -1.5 * sum / n * length;
   };
-  check(p, on_line);
+  check_values(p, on_line);
 
   // a shell of radius 1/2: u is constant in it, and falls like 1 / r - 1 beyond
   pde_problem q = in_ball();
@@ -144,7 +104,8 @@ TEST_CASE("pde: sources on curves and meshes") {
   const auto around = [](const dvec3& x) {
     return -3 * 0.25 * (1 / std::max(glm::length(x), 0.5) - 1);
   };
-  check(q, [&](const dvec3& x) { return around(x) * (1 - 3e-4); });  // of the area of the sphere
+  check_values(
+      q, [&](const dvec3& x) { return around(x) * (1 - 3e-4); });  // of the area of the sphere
   // both, and a volumetric source, and a section that shares its walks
   pde_problem all = q;
   all.curve_sources = p.curve_sources;
@@ -152,7 +113,7 @@ TEST_CASE("pde: sources on curves and meshes") {
   const auto sum = [&](const dvec3& x) {
     return around(x) * (1 - 3e-4) + on_line(x) + (glm::dot(x, x) - 1) / 3;
   };
-  check(all, sum);
+  check_values(all, sum);
   const section_grid grid = make_section_grid(all.domain, {.resolution = 12});
   scores z;
   section_options o;
@@ -192,7 +153,7 @@ TEST_CASE("pde: peaks change the variance of a source and not its mean") {
   with.source_peaks.push_back({center, width, 1});
   // not next to the boundary, where a walk in a hundred meets the peak
   o.walks = 8192;
-  check(with, exact, o, {{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}});
+  check_values(with, exact, o, {{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}});
   o.walks = 4096;
   const dvec3 points[] = {{0.1, 0.2, 0.1}, {-0.3, 0, 0.2}, {0.2, 0.3, 0}};
   const solution a = solve(p, points, o), b = solve(with, points, o);
