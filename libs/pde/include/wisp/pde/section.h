@@ -48,9 +48,10 @@ WISP_API section_grid make_section_grid(const pde_domain& domain, const section_
 struct section_options {
   solve_options solve = {};
   // Walks from the centers of balls serve all cells within them (see docs/pde.md): the
-  // solution in a ball follows from its values on the sphere by the Poisson kernel. Each
-  // ball makes four times `walks`, 16 at least, which is still a fraction of what cells
-  // would need by themselves.
+  // solution in a ball follows from its values on the sphere by the Poisson kernel. Balls
+  // make four times `walks`, 32 at least, at an average by cost: more where they serve
+  // many cells or lie far from the boundary, half of that at least. All together are
+  // still a fraction of what cells would need by themselves.
   // Unbiased; the errors of neighbours are not independent. Off: walks of its own for
   // each cell, as solve() does. Gradients, and the biharmonic equation by tree or nested
   // walks, have walks of their own in any case.
