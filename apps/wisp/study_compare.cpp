@@ -19,7 +19,7 @@ struct range {
 range errors_of(const study_result& study) {
   range r;
   for (const auto& run : study.runs) {
-    if (!(run.errors.rmse > 0)) continue;
+    if (!drawable(run.errors.rmse)) continue;
     r.low = std::min(r.low, run.errors.rmse);
     r.high = std::max(r.high, run.errors.rmse);
   }
@@ -56,7 +56,8 @@ study_ratio compare_studies(const study_result& study, const study_result& again
   const line_time ta = time_to(a, log_error), tb = time_to(b, log_error);
   ratio.error = std::pow(10, log_error);
   ratio.time = std::pow(10, ta.x - tb.x);
-  if (std::min(a.count, b.count) < 3) return ratio;
+  // The time that belongs to an error has no bound where the slope may as well be 0.
+  if (!(a.half_width < -a.slope) || !(b.half_width < -b.slope)) return ratio;
   const double half = student_t95(std::min(a.count, b.count) - 2) * std::hypot(ta.error, tb.error);
   ratio.low = std::pow(10, ta.x - tb.x - half);
   ratio.high = std::pow(10, ta.x - tb.x + half);
@@ -93,6 +94,8 @@ std::vector<std::string> find_differences(std::span<const study_result> studies,
                                           std::span<const std::string> files) {
   std::vector<std::string> found;
   const auto& first = studies[0];
+  for (std::size_t i = 0; i < studies.size(); ++i)
+    if (studies[i].interrupted) found.push_back(files[i] + ": was stopped before its end");
   for (std::size_t i = 1; i < studies.size(); ++i) {
     const auto& s = studies[i];
     const auto differ = [&](const char* what, const std::string& a, const std::string& b) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <stdexcept>
 
 namespace {
@@ -30,15 +31,21 @@ double student_within(double t, int n) {
 
 study_fit fit_runs(std::span<const study_run> runs, double (*of)(const study_run&)) {
   std::vector<double> x, y;
+  std::set<std::uint64_t> budgets;
   for (const auto& run : runs) {
-    if (!(run.errors.rmse > 0) || !(of(run) > 0)) continue;
+    if (!drawable(run.errors.rmse) || !drawable(of(run))) continue;
     x.push_back(std::log10(of(run)));
     y.push_back(std::log10(run.errors.rmse));
+    budgets.insert(run.budget);
   }
+  // Times of one budget differ by chance alone.
+  if (budgets.size() < 2) return {};
   return fit_line(x, y);
 }
 
 }  // namespace
+
+bool drawable(double v) { return std::isfinite(v) && v > 0; }
 
 double root_mean_square(std::span<const double> values) {
   double sum = 0;
@@ -162,7 +169,6 @@ std::vector<study_row> study_tally::rows(const study_reference& reference) const
     std::vector<double> seconds, cpu;
     double mse = 0, relmse = 0, estimated = 0, coverage = 0;
     study_errors& e = row.errors;
-    e.maximum = 0;
     for (const auto& run : l.runs) {
       seconds.push_back(run.seconds);
       cpu.push_back(run.cpu_seconds);
@@ -170,7 +176,7 @@ std::vector<study_row> study_tally::rows(const study_reference& reference) const
       relmse += run.errors.relmse;
       estimated += run.errors.estimated * run.errors.estimated;
       coverage += run.errors.coverage;
-      e.maximum = std::max(e.maximum, run.errors.maximum);
+      e.maximum = std::fmax(e.maximum, run.errors.maximum);  // of what is known
       e.count = run.errors.count;
       e.missing = std::max(e.missing, run.errors.missing);
     }
@@ -182,7 +188,7 @@ std::vector<study_row> study_tally::rows(const study_reference& reference) const
     e.relmse = relmse / n;
     e.estimated = std::sqrt(estimated / n);
     e.coverage = coverage / n;
-    if (e.mse > 0 && row.seconds > 0) row.efficiency = 1 / (e.mse * row.seconds);
+    if (drawable(e.mse) && drawable(row.seconds)) row.efficiency = 1 / (e.mse * row.seconds);
     if (row.repeats > 1) {
       double variance = 0, squares = 0;
       std::size_t count = 0;

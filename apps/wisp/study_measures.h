@@ -10,6 +10,9 @@
 // Throws std::invalid_argument for arrays of different sizes.
 study_errors measure_errors(const study_values& values, const study_reference& reference);
 
+// Whether a logarithm of it can be taken: finite and above 0.
+bool drawable(double v);
+
 // The root mean square of the finite ones; 0 for none.
 double root_mean_square(std::span<const double> values);
 
@@ -37,6 +40,6 @@ class study_tally {
   std::map<std::uint64_t, level> levels_;
 };
 
-// log10 rmse over log10 of the seconds, or of the budgets, of runs.
+// log10 rmse over log10 of the seconds, or of the budgets, of runs of two budgets or more.
 study_fit fit_time(std::span<const study_run> runs);
 study_fit fit_budget(std::span<const study_run> runs);
