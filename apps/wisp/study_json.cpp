@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
+#include <climits>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
-#include <sstream>
 #include <thread>
 
 #include "study_measures.h"
@@ -42,72 +43,122 @@ json fit_json(const study_fit& f, const char* over) {
           {"residual", f.residual}};
 }
 
-// Reads numbers where null stands for what is not known.
-double number(const json& j, const char* key) {
-  const auto& v = j.at(key);
-  return v.is_null() ? study_unknown : v.get<double>();
-}
+// A value of the file and its place there, as in runs[3].seconds.
+class entry {
+ public:
+  entry(const json& value, std::string place) : value_(&value), place_(std::move(place)) {}
 
-study_errors read_errors(const json& j) {
+  entry operator[](const char* key) const {
+    if (!value_->is_object()) fail("must be an object");
+    const auto found = value_->find(key);
+    const std::string place = place_.empty() ? key : place_ + "." + key;
+    if (found == value_->end()) throw wisp::file_error("", place, "is missing; give a study.json");
+    return {*found, place};
+  }
+  std::vector<entry> list() const {
+    if (!value_->is_array()) fail("must be an array");
+    std::vector<entry> items;
+    for (const auto& item : *value_)
+      items.emplace_back(item, fmt::format("{}[{}]", place_, items.size()));
+    return items;
+  }
+  std::string text() const {
+    if (!value_->is_string()) fail("must be a text");
+    return value_->get<std::string>();
+  }
+  // Nothing that is measured is below 0; null stands for what is not known.
+  double number() const {
+    if (value_->is_null()) return study_unknown;
+    if (!value_->is_number() || value_->get<double>() < 0)
+      fail("must be a number of at least 0, or null");
+    return value_->get<double>();
+  }
+  std::uint64_t whole(std::uint64_t least, std::uint64_t most = UINT64_MAX) const {
+    const auto value = value_->is_number_unsigned() ? value_->get<std::uint64_t>() : 0;
+    if (!value_->is_number_unsigned() || value < least || value > most)
+      fail(fmt::format("must be a whole number from {} to {}", least, most));
+    return value;
+  }
+  int count(int least) const {
+    return static_cast<int>(whole(static_cast<std::uint64_t>(least), INT_MAX));
+  }
+  bool truth() const {
+    if (!value_->is_boolean()) fail("must be true or false");
+    return value_->get<bool>();
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& must) const {
+    std::string is = value_->dump(-1, ' ', true, json::error_handler_t::replace);
+    if (is.size() > 40) is = is.substr(0, 37) + "...";
+    throw wisp::file_error("", place_, fmt::format("is {}; it {}", is, must));
+  }
+
+  const json* value_;
+  std::string place_;
+};
+
+study_errors read_errors(const entry& j) {
   study_errors e;
-  e.rmse = number(j, "rmse");
-  e.mse = number(j, "mse");
-  e.relmse = number(j, "relmse");
-  e.maximum = number(j, "maximum");
-  e.estimated = number(j, "estimated");
-  e.coverage = number(j, "coverage");
-  e.count = j.at("values").get<std::size_t>();
-  e.missing = j.at("missing").get<std::size_t>();
+  e.rmse = j["rmse"].number();
+  e.mse = j["mse"].number();
+  e.relmse = j["relmse"].number();
+  e.maximum = j["maximum"].number();
+  e.estimated = j["estimated"].number();
+  e.coverage = j["coverage"].number();
+  e.count = j["values"].whole(0);
+  e.missing = j["missing"].whole(0);
   return e;
 }
 
-study_result read_study(const json& j) {
+study_result read_study(const entry& j) {
   study_result s;
-  s.version = j.at("wisp").get<std::string>();
-  s.command = j.at("command").get<std::string>();
-  s.scene = j.at("scene").get<std::string>();
-  s.kind = j.at("kind").get<std::string>();
-  s.title = j.at("title").get<std::string>();
-  s.unit = j.at("unit").get<std::string>();
-  s.size = j.at("size").get<std::string>();
-  s.method = j.at("method").get<std::string>();
-  s.machine = j.at("machine").get<std::string>();
-  s.threads = j.at("threads").get<int>();
-  s.repeats = j.at("repeats").get<int>();
-  s.load_seconds = number(j, "load_seconds");
-  s.build_seconds = number(j, "build_seconds");
-  const auto& r = j.at("reference");
-  s.reference.kind = r.at("kind").get<std::string>();
-  s.reference.source = r.at("source").get<std::string>();
-  s.reference.error = number(r, "error");
-  s.reference.seconds = number(r, "seconds");
-  for (const auto& row : j.at("budgets")) {
+  s.version = j["wisp"].text();
+  s.command = j["command"].text();
+  s.scene = j["scene"].text();
+  s.kind = j["kind"].text();
+  s.title = j["title"].text();
+  s.unit = j["unit"].text();
+  s.size = j["size"].text();
+  s.method = j["method"].text();
+  s.machine = j["machine"].text();
+  s.threads = j["threads"].count(1);
+  s.repeats = j["repeats"].count(1);
+  s.interrupted = j["interrupted"].truth();
+  s.load_seconds = j["load_seconds"].number();
+  s.build_seconds = j["build_seconds"].number();
+  const auto r = j["reference"];
+  s.reference.kind = r["kind"].text();
+  s.reference.source = r["source"].text();
+  s.reference.error = r["error"].number();
+  s.reference.seconds = r["seconds"].number();
+  s.reference.relative_floor = r["relative_floor"].number();
+  for (const auto& row : j["budgets"].list()) {
     study_row to;
-    to.budget = row.at("budget").get<std::uint64_t>();
-    to.repeats = row.at("repeats").get<int>();
-    to.seconds = number(row, "seconds");
-    to.cpu_seconds = number(row, "cpu_seconds");
+    to.budget = row["budget"].whole(1);
+    to.repeats = row["repeats"].count(1);
+    to.seconds = row["seconds"].number();
+    to.cpu_seconds = row["cpu_seconds"].number();
     to.errors = read_errors(row);
-    to.efficiency = number(row, "efficiency");
-    to.deviation = number(row, "deviation");
-    to.bias = number(row, "bias");
+    to.efficiency = row["efficiency"].number();
+    to.deviation = row["deviation"].number();
+    to.bias = row["bias"].number();
     s.rows.push_back(to);
   }
-  for (const auto& run : j.at("runs")) {
+  for (const auto& run : j["runs"].list()) {
     study_run to;
-    to.budget = run.at("budget").get<std::uint64_t>();
-    to.repeat = run.at("repeat").get<int>();
-    to.seed = run.at("seed").get<std::uint64_t>();
-    to.seconds = number(run, "seconds");
-    to.cpu_seconds = number(run, "cpu_seconds");
-    to.build_seconds = number(run, "build_seconds");
+    to.budget = run["budget"].whole(1);
+    to.repeat = run["repeat"].count(0);
+    to.seed = run["seed"].whole(0);
+    to.seconds = run["seconds"].number();
+    to.cpu_seconds = run["cpu_seconds"].number();
+    to.build_seconds = run["build_seconds"].number();
     to.errors = read_errors(run);
     s.runs.push_back(to);
   }
-  for (const auto& image : j.at("images")) {
-    s.images.push_back(
-        {image.at("file").get<std::string>(), number(image, "seconds"), read_errors(image)});
-  }
+  for (const auto& image : j["images"].list())
+    s.images.push_back({image["file"].text(), image["seconds"].number(), read_errors(image)});
+  for (const auto& warning : j["warnings"].list()) s.warnings.push_back(warning.text());
   s.time_fit = fit_time(s.runs);
   s.budget_fit = fit_budget(s.runs);
   return s;
@@ -185,15 +236,14 @@ study_result load_study(const std::filesystem::path& path) {
     throw wisp::file_error(path.string(), "", "cannot be read; give a study.json");
   }
   try {
-    return read_study(json::parse(in));
+    return read_study({json::parse(in), ""});
   } catch (const json::parse_error& error) {
     throw wisp::file_error(path.string(), fmt::format("byte {}", error.byte),
                            "is no JSON; give a study.json");
-  } catch (const json::exception& error) {
-    std::string text = error.what();
-    if (const auto end = text.find("] "); end != std::string::npos) text.erase(0, end + 2);
-    throw wisp::file_error(path.string(), "",
-                           "is not what wisp study writes as study.json: " + text);
+  } catch (const json::exception&) {  // 1e999
+    throw wisp::file_error(path.string(), "", "has a number that is too large for a study.json");
+  } catch (const wisp::file_error& error) {
+    throw wisp::file_error(path.string(), error.place, error.reason);
   }
 }
 
@@ -219,6 +269,11 @@ std::string runs_csv(const study_result& s) {
                         r.cpu_seconds, r.build_seconds, columns_of(r.errors));
   }
   return text;
+}
+
+std::string valid_utf8(const std::string& text) {
+  return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace))
+      .get<std::string>();
 }
 
 std::string describe_machine(int threads) {

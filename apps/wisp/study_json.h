@@ -18,5 +18,8 @@ std::string rows_csv(const study_result& study);
 // The same of single runs.
 std::string runs_csv(const study_result& study);
 
+// The text with replacement characters for what is no UTF-8, as names of files may be.
+std::string valid_utf8(const std::string& text);
+
 // "AMD EPYC 7543, 2 threads of 2, Linux 6.1, x86_64".
 std::string describe_machine(int threads);

@@ -32,6 +32,8 @@ study_result synthetic(double c, double spread, unsigned seed) {
   std::normal_distribution<double> normal;
   study_result s;
   s.title = "synthetic";
+  s.threads = 2;
+  s.repeats = 4;
   for (int repeat = 0; repeat < 4; ++repeat) {
     for (int k = 0; k < 7; ++k) {
       study_run run;
@@ -126,6 +128,20 @@ TEST_CASE("study: lines and their intervals") {
   CHECK(std::isnan(fit_line({x, 2}, {y, 2}).half_width));
 }
 
+TEST_CASE("study: times of one budget have no slope, nor have errors that are 0 or too large") {
+  auto s = synthetic(0.02, 0.1, 1);
+  for (auto& run : s.runs) run.budget = 4;
+  CHECK(std::isnan(fit_time(s.runs).slope));
+  CHECK(std::isnan(fit_budget(s.runs).slope));
+  s = synthetic(0.02, 0, 1);
+  s.runs[0].errors.rmse = 0;
+  s.runs[1].errors.rmse = std::numeric_limits<double>::infinity();
+  s.runs[2].seconds = std::numeric_limits<double>::infinity();
+  const auto fit = fit_time(s.runs);
+  CHECK(fit.count == 25);
+  CHECK(fit.slope == doctest::Approx(-0.5));
+}
+
 TEST_CASE("study: intervals of slopes and of ratios hold the truth as often as they say") {
   // 2000 pairs of studies, of which one needs four times the time of the other. Bounds are
   // five standard errors of 95 %.
@@ -154,6 +170,15 @@ TEST_CASE("study: studies whose errors do not meet are drawn out and flat ones n
   for (auto& run : flat.runs) run.errors.rmse = 1;
   flat.time_fit = fit_time(flat.runs);
   CHECK(std::isnan(compare_studies(flat, b).time));
+  // a slope that may be 0 bounds no time
+  auto noisy = synthetic(0.02, 4, 3);
+  REQUIRE(noisy.time_fit.slope < 0);
+  REQUIRE(noisy.time_fit.half_width > -noisy.time_fit.slope);
+  for (const auto& r : {compare_studies(noisy, a), compare_studies(a, noisy)}) {
+    CHECK(std::isfinite(r.time));
+    CHECK(std::isnan(r.low));
+    CHECK(std::isnan(r.high));
+  }
   const auto self = compare_studies(a, a);
   CHECK(self.time == doctest::Approx(1));
   CHECK(self.low < 1);
@@ -197,6 +222,23 @@ TEST_CASE("study: rows tell deviation and bias of repeats") {
   CHECK(rows[1].errors.coverage < 0.7);
 }
 
+TEST_CASE("study: rows of runs without values tell nothing") {
+  const auto reference = exact({1, 2});
+  study_tally tally;
+  study_run run;
+  run.budget = 4;
+  run.seconds = 1;
+  const study_values none = {{none_known, none_known}, {}};
+  run.errors = measure_errors(none, reference);
+  tally.add(run, none);
+  const auto rows = tally.rows(reference);
+  REQUIRE(rows.size() == 1);
+  CHECK(std::isnan(rows[0].errors.rmse));
+  CHECK(std::isnan(rows[0].errors.maximum));
+  CHECK(std::isnan(rows[0].efficiency));
+  CHECK(rows[0].errors.missing == 2);
+}
+
 TEST_CASE("study: json comes back as it was and files that are none are refused") {
   auto s = synthetic(0.02, 0.1, 3);
   s.version = "0.1.0";
@@ -218,6 +260,33 @@ TEST_CASE("study: json comes back as it was and files that are none are refused"
     std::ofstream(file) << text;
     CHECK_THROWS_AS(load_study(file), wisp::file_error);
   }
+  // edited by hand: told with its place
+  const auto edit = [&](const char* at, const nlohmann::ordered_json& value) {
+    auto edited = study_json(s);
+    edited[nlohmann::ordered_json::json_pointer(at)] = value;
+    std::ofstream(file) << edited;
+    try {
+      load_study(file);
+    } catch (const wisp::file_error& error) {
+      return error.place;
+    }
+    return std::string("read");
+  };
+  CHECK(edit("/runs/3/seconds", -1) == "runs[3].seconds");
+  CHECK(edit("/runs/3/seconds", "fast") == "runs[3].seconds");
+  CHECK(edit("/runs/3/seconds", nullptr) == "read");
+  CHECK(edit("/runs/0/rmse", true) == "runs[0].rmse");
+  CHECK(edit("/runs/0/budget", 4.5) == "runs[0].budget");
+  CHECK(edit("/runs/0/budget", 0) == "runs[0].budget");
+  CHECK(edit("/runs/0/budget", -4) == "runs[0].budget");
+  CHECK(edit("/runs", nlohmann::ordered_json::object()) == "runs");
+  CHECK(edit("/runs/0", 3) == "runs[0]");
+  CHECK(edit("/budgets/0/seconds", -1) == "budgets[0].seconds");
+  CHECK(edit("/reference/error", "x") == "reference.error");
+  CHECK(edit("/threads", -2) == "threads");
+  CHECK(edit("/repeats", 1e30) == "repeats");
+  CHECK(edit("/title", 3) == "title");
+  CHECK(edit("/images", nullptr) == "images");
   CHECK_THROWS_AS(load_study(folder), wisp::file_error);
   CHECK_THROWS_AS(load_study(folder / "absent.json"), wisp::file_error);
   std::filesystem::remove_all(folder);
@@ -234,6 +303,13 @@ TEST_CASE("study: names tell studies apart") {
   const study_result same[] = {a, a};
   CHECK(name_studies(same, files) == std::vector<std::string>{"x", "y"});
   CHECK(find_differences(same, files).empty());
+  const study_result stopped[] = {a, [&] {
+                                    auto s = a;
+                                    s.interrupted = true;
+                                    return s;
+                                  }()};
+  REQUIRE(find_differences(stopped, files).size() == 1);
+  CHECK(find_differences(stopped, files)[0].find("y/study.json: was stopped") == 0);
   b.machine = "another";
   const study_result differ[] = {a, b};
   CHECK(find_differences(differ, files).size() == 1);
