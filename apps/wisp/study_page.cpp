@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <vector>
 
 #include "study_compare.h"
+#include "study_json.h"
+#include "study_measures.h"
 
 namespace fs = std::filesystem;
 
@@ -15,7 +18,7 @@ namespace {
 
 std::string html(const std::string& text) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : valid_utf8(text)) {
     switch (c) {
       case '&':
         result += "&amp;";
@@ -151,15 +154,29 @@ std::vector<std::string> findings(const study_result& s) {
       "Slope of log error over log time: {}; over log {}: {} (-0.5 is what independent samples "
       "give).",
       slope_text(s.time_fit), s.unit, slope_text(s.budget_fit)));
+  if (std::none_of(s.runs.begin(), s.runs.end(),
+                   [](const study_run& run) { return drawable(run.errors.rmse); })) {
+    lines.push_back("No run has an error that is finite and above 0: there is nothing to draw.");
+  }
   lines.push_back("Reference: " + reference_text(s) + ".");
   if (!s.rows.empty()) {
     const auto& last = s.rows.back();
     if (std::isfinite(last.errors.estimated) && std::isfinite(last.deviation)) {
+      std::string line = fmt::format(
+          "At {} {} wisp estimates an error of {}; between repeats values deviate by {}.",
+          last.budget, s.unit, number(last.errors.estimated), number(last.deviation));
+      if (std::isfinite(last.errors.coverage)) {
+        line += fmt::format(" {} of the 95 % intervals hold the reference.",
+                            percent(last.errors.coverage));
+      }
+      lines.push_back(line);
+    }
+    // A run of 16 times the budget is off by about a quarter of that.
+    if (s.reference.error > 0.35 * last.errors.rmse) {
       lines.push_back(fmt::format(
-          "At {} {} wisp estimates an error of {}; between repeats values deviate by {}. {} of the "
-          "95 % intervals hold the reference.",
-          last.budget, s.unit, number(last.errors.estimated), number(last.deviation),
-          percent(last.errors.coverage)));
+          "The error of the reference is not small against that at {} {}, {}, and is part of it: a "
+          "better reference would show less, and a steeper slope.",
+          last.budget, s.unit, number(last.errors.rmse)));
     }
     if (std::isfinite(last.bias)) {
       lines.push_back(fmt::format(

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "run_report.h"
+#include "study_json.h"
 #include "wisp/core/error.h"
 
 extern char** environ;
@@ -28,10 +29,14 @@ int run_gnuplot(std::vector<std::string> arguments) {
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  for (const int fd : {1, 2})
-    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_WRONLY, 0);
+  for (const int fd : {0, 1, 2})
+    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_RDWR, 0);
+  posix_spawnattr_t attributes;  // in a group of its own, which Ctrl-C does not reach
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   pid_t child = 0;
-  const int failed = posix_spawnp(&child, "gnuplot", &actions, nullptr, argv.data(), environ);
+  const int failed = posix_spawnp(&child, "gnuplot", &actions, &attributes, argv.data(), environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) return -1;
   int status = 0;
@@ -40,25 +45,40 @@ int run_gnuplot(std::vector<std::string> arguments) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-// A string of gnuplot: single quotes are doubled, and control characters left out.
+// A string of gnuplot: single quotes are doubled, control characters left out, and what is
+// no UTF-8 is replaced, as it would make the .svg unreadable.
 std::string quoted(const std::string& text) {
   std::string result = "'";
-  for (const char c : text) {
+  for (const char c : valid_utf8(text)) {
     if (static_cast<unsigned char>(c) < 0x20) continue;
     result += c == '\'' ? "''" : std::string(1, c);
   }
   return result + "'";
 }
 
-// Places of an axis with their labels: 1, 2 and 5 of each power of ten, or powers alone.
+// What fits below the picture: long names are cut, between characters.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t most = 80;
+  if (text.size() <= most) return text;
+  std::size_t end = most - 3;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
+  return text.substr(0, end) + "...";
+}
+
+// Places of an axis with their labels: 1, 2 and 5 of each power of ten; more where the axis
+// is short, and of a long one powers alone.
 std::string ticks(double low, double high) {
   const double decades = std::log10(high / low);
-  const int every = std::max(1, static_cast<int>(decades / 8));
+  const int every = decades > 3 ? std::max(1, static_cast<int>(decades / 8)) : 1;
+  std::vector<double> digits = {1, 2, 5};
+  if (decades > 3) digits = {1};
+  if (decades < 1) digits = {1, 1.5, 2, 3, 4, 6};
+  if (decades < 0.5) digits = {1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8};
   std::string list;
   for (int e = static_cast<int>(std::floor(std::log10(low))) - 1;
        e <= static_cast<int>(std::ceil(std::log10(high))); ++e) {
-    for (const int digit : {1, 2, 5}) {
-      if (decades > 3 && (digit != 1 || e % every != 0)) continue;
+    for (const double digit : digits) {
+      if (e % every != 0) continue;
       const double at = digit * std::pow(10, e);
       list += fmt::format("{}'{:.3g}' {:.9g}", list.empty() ? "(" : ", ", at, at);
     }
@@ -70,13 +90,16 @@ struct curve {
   std::string block, style, title;
 };
 
+// gnuplot's axes end near the limits of double.
+bool on_paper(double v) { return v > 1e-200 && v < 1e200; }
+
 class script {
  public:
   void add(const std::string& style, const std::string& title,
            const std::vector<std::pair<double, double>>& points) {
     std::string rows;
     for (const auto& [x, y] : points) {
-      if (!(x > 0) || !(y > 0) || !std::isfinite(x) || !std::isfinite(y)) continue;
+      if (!on_paper(x) || !on_paper(y)) continue;
       rows += fmt::format("{:.9g} {:.9g}\n", x, y);
       low_.first = std::min(low_.first, x);
       low_.second = std::min(low_.second, y);
@@ -94,8 +117,9 @@ class script {
   std::string text(const std::string& title, const fs::path& svg, const fs::path& png) const {
     std::string plot;
     for (const auto& c : curves_) {
-      plot += fmt::format("{}{} using 1:2 {} {}", plot.empty() ? "plot " : ", \\\n  ", c.block,
-                          c.style, c.title.empty() ? "notitle" : "title " + quoted(c.title));
+      plot +=
+          fmt::format("{}{} using 1:2 {} {}", plot.empty() ? "plot " : ", \\\n  ", c.block, c.style,
+                      c.title.empty() ? "notitle" : "title " + quoted(shortened(c.title)));
     }
     // a guide through the middle of the picture
     const double x = std::sqrt(low_.first * high_.first), y = std::sqrt(low_.second * high_.second);
@@ -104,20 +128,21 @@ class script {
         "linewidth 1.5 title 'slope -1/2'\n",
         y, x);
     // room around the data
-    const auto room = [](double low, double high) {
+    const auto axis = [](const char* name, double low, double high) {
       const double by = std::max(1.3, std::pow(high / low, 0.06));
-      return fmt::format("[{:.9g}:{:.9g}]", low / by, high * by);
+      return fmt::format("set {0}range [{1:.9g}:{2:.9g}]\nset {0}tics {3}\n", name, low / by,
+                         high * by, ticks(low / by, high * by));
     };
     std::string result = data_;
     result += fmt::format(
-        "set logscale xy\nset xrange {}\nset yrange {}\nset xtics {}\nset ytics {}\n"
+        "set logscale xy\n{}{}"
         "set xlabel 'seconds of estimating' offset 0,0.4\nset ylabel 'root mean square error'\n"
         "set grid xtics ytics linewidth 0.6 linecolor rgb '#cccccc' dashtype 1\n"
         "set border linewidth 0.8 linecolor rgb '#666666'\nset tics textcolor rgb '#333333'\n"
-        "set key below Left reverse noenhanced maxrows 4\nset title {} noenhanced\n"
+        "set key below Left reverse noenhanced maxrows 4 height 0.7\nset title {} noenhanced\n"
         "set samples 200\n",
-        room(low_.first, high_.first), room(low_.second, high_.second),
-        ticks(low_.first, high_.first), ticks(low_.second, high_.second), quoted(title));
+        axis("x", low_.first, high_.first), axis("y", low_.second, high_.second),
+        quoted(shortened(title)));
     result += fmt::format(
         "set terminal svg size 860,620 dynamic font 'Helvetica,15' background '#ffffff'\n"
         "set output {}\n{}set output\n"
@@ -149,12 +174,18 @@ script draw(std::span<const study_result> studies, std::span<const std::string> 
       estimated.emplace_back(r.seconds, r.errors.estimated);
     }
     const bool alone = studies.size() == 1;
-    s.add(fmt::format("with points pointtype 7 pointsize 0.7 linecolor rgb '{}'", color), "", runs);
-    s.add(fmt::format("with lines linewidth 2.2 linecolor rgb '{}'", color),
+    const auto round = i / std::size(colors);  // where there are more than colours
+    s.add(fmt::format("with points pointtype {} pointsize 0.7 linecolor rgb '{}'",
+                      round == 0 ? 7 : 5, color),
+          alone ? "single runs" : "", runs);
+    s.add(fmt::format("with lines linewidth 2.2 dashtype {} linecolor rgb '{}'", round % 5 + 1,
+                      color),
           alone ? "error against the reference" : names[i], rows);
     if (alone) {
-      s.add("with lines linewidth 1.8 dashtype 2 linecolor rgb '#d55e00'",
-            "error that wisp estimates itself", estimated);
+      s.add(
+          "with linespoints pointtype 6 pointsize 0.6 linewidth 1.8 dashtype 2 linecolor rgb "
+          "'#d55e00'",
+          "error that wisp estimates itself", estimated);
     }
     int mark = 0;
     for (const auto& image : study.images) {
@@ -168,6 +199,11 @@ script draw(std::span<const study_result> studies, std::span<const std::string> 
 
 }  // namespace
 
+void remove_plots(const fs::path& folder, const std::string& name) {
+  std::error_code ignored;
+  for (const char* end : {".svg", ".png"}) fs::remove(folder / (name + end), ignored);
+}
+
 void check_gnuplot() {
   if (run_gnuplot({"--version"}) == 0) return;
   throw wisp::file_error("gnuplot", "",
@@ -175,12 +211,12 @@ void check_gnuplot() {
                          "Ubuntu: gnuplot-nox), or give --no-plots");
 }
 
-void plot_studies(std::span<const study_result> studies, std::span<const std::string> names,
+bool plot_studies(std::span<const study_result> studies, std::span<const std::string> names,
                   const fs::path& folder, const std::string& name) {
   const script s = draw(studies, names);
   if (s.empty()) {
-    throw wisp::file_error((folder / name).string(), "",
-                           "cannot be drawn: no run has an error above 0");
+    remove_plots(folder, name);
+    return false;
   }
   const auto beside = [&](const char* end) {
     return fs::absolute(folder / fmt::format(".wisp-{}-plot{}", getpid(), end));
@@ -193,7 +229,7 @@ void plot_studies(std::span<const study_result> studies, std::span<const std::st
   fs::remove(commands, ignored);
   if (status == 0) fs::rename(svg, folder / (name + ".svg"), error);
   if (status == 0 && !error) fs::rename(png, folder / (name + ".png"), error);
-  if (status == 0 && !error) return;
+  if (status == 0 && !error) return true;
   fs::remove(svg, ignored);
   fs::remove(png, ignored);
   throw wisp::file_error((folder / name).string(), "",
