@@ -15,11 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool same_file(const std::string& a, const std::string& b) {
-  std::error_code error;
-  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
-}
-
 void check_folder(const std::string& output) {
   const auto folder = fs::absolute(output).parent_path();
   if (!fs::is_directory(folder)) {
@@ -38,6 +33,12 @@ void check_folder(const std::string& output) {
 std::string ending(const std::string& path) {
   return CLI::detail::to_lower(fs::path(path).extension().string());
 }
+
+bool same_file(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+}
+
 void check_files(const solve_arguments& args) {
   if (!args.points.empty() && !args.section.empty()) {
     throw usage_error("--points and --section exclude each other");

@@ -34,6 +34,8 @@ struct solve_arguments {
 // The ending of a file's name in lower case, with its point.
 std::string ending(const std::string& path);
 inline bool is_table(const std::string& path) { return ending(path) == ".csv"; }
+// Whether two paths are of one file, also of one that is not there yet.
+bool same_file(const std::string& a, const std::string& b);
 
 // Throws usage_error for arguments that do not go together, and wisp::file_error for
 // files that could not be written: before hours of walking rather than after.

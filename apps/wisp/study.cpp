@@ -11,6 +11,8 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <set>
+#include <span>
 
 #include "commands.h"
 #include "console.h"
@@ -29,30 +31,38 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A folder that goes away again if nothing comes into it.
+// A folder, with those above it that it needs, that goes away again if nothing comes into it.
 class output_folder {
  public:
-  explicit output_folder(const fs::path& path) : path_(path) {
+  explicit output_folder(const std::string& path) {
+    if (path.empty()) throw usage_error("-o: is empty; give a folder");
     std::error_code error;
-    if (fs::exists(path) && !fs::is_directory(path)) {
-      throw wisp::file_error(path.string(), "", "is a file, where a folder is to be");
+    if (fs::exists(path, error) && !fs::is_directory(path)) {
+      throw wisp::file_error(path, "", "is a file, where a folder is to be");
     }
-    made_ = fs::create_directories(path, error);
-    if (error) throw wisp::file_error(path.string(), "", "cannot be made: " + error.message());
+    for (auto p = fs::absolute(path); !fs::exists(p, error) && p != p.parent_path();
+         p = p.parent_path())
+      made_.push_back(p);
+    fs::create_directories(path, error);
+    if (error) {
+      remove();
+      throw wisp::file_error(path, "", "cannot be made: " + error.message());
+    }
     if (access(path.c_str(), W_OK) != 0) {
-      throw wisp::file_error(path.string(), "", "is a folder without the right to write in it");
+      throw wisp::file_error(path, "", "is a folder without the right to write in it");
     }
   }
-  ~output_folder() {
-    std::error_code ignored;
-    if (made_) fs::remove(path_, ignored);  // only if it is empty
-  }
+  ~output_folder() { remove(); }
   output_folder(const output_folder&) = delete;
   output_folder& operator=(const output_folder&) = delete;
 
  private:
-  fs::path path_;
-  bool made_ = false;
+  void remove() const {
+    std::error_code ignored;
+    for (const auto& folder : made_) fs::remove(folder, ignored);  // only if it is empty
+  }
+
+  std::vector<fs::path> made_;  // the innermost first
 };
 
 // "1,2,4" and "4..256", which doubles.
@@ -115,6 +125,33 @@ void check_arguments(const study_arguments& args) {
   }
 }
 
+// What a study is made of must outlive it, and so must its report.
+void check_inputs(const study_arguments& args) {
+  const fs::path folder(args.output);
+  std::vector<const char*> written = {"compare.json", "compare.svg", "compare.png", "index.html"};
+  if (args.compare.empty()) {
+    written = {"study.csv", "runs.csv", "study.json", "study.svg", "study.png", "index.html"};
+    if (args.reference.empty()) written.insert(written.end(), {"reference.csv", "reference.exr"});
+  }
+  std::vector<std::string> kept = {args.solve.scene, args.solve.points, args.reference,
+                                   args.solve.report};
+  for (const auto* files : {&args.images, &args.compare})
+    kept.insert(kept.end(), files->begin(), files->end());
+  for (const auto& file : kept) {
+    for (const char* name : written) {
+      if (file.empty() || !same_file(file, (folder / name).string())) continue;
+      throw usage_error(
+          fmt::format("-o: '{}' would be overwritten by the study; give another folder", file));
+    }
+  }
+  std::error_code ignored;
+  if (!args.compare.empty() && fs::exists(folder / "study.json", ignored)) {
+    throw usage_error(fmt::format(
+        "-o: '{}' holds a study, whose index.html would be overwritten; give another folder",
+        args.output));
+  }
+}
+
 // Where options do not tell: the problems of a scene that has some. Reading one tells what
 // is wrong with a file that is no JSON, in a wisp that cannot render too.
 bool means_problem(const study_arguments& args) {
@@ -161,18 +198,43 @@ class study_progress {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+bool any_finite(const study_values& values) {
+  return std::any_of(values.mean.begin(), values.mean.end(),
+                     [](double v) { return std::isfinite(v); });
+}
+
+// Of a file that is held against runs.
+study_values load_values(const study_subject& subject, const std::string& file) {
+  auto values = subject.load_reference(file);
+  if (!any_finite(values)) throw wisp::file_error(file, "", "has no value that is a number");
+  for (const double error : values.error) {
+    if (!(error < 0)) continue;
+    throw wisp::file_error(
+        file, "", fmt::format("has a standard error of {}; they must be at least 0", error));
+  }
+  return values;
+}
+
 // The reference, and where it is a run of its own a file of it.
 study_reference make_reference(const study_arguments& args, const study_subject& subject,
                                std::uint64_t largest, study_progress& progress) {
   study_reference r;
+  const auto check = [&] {
+    if (any_finite(r.values)) return;
+    throw wisp::file_error(
+        args.solve.scene, "",
+        "has nothing to study: the reference has no value at any point; are they "
+        "in the domain?");
+  };
   if (!args.reference.empty()) {
     r.kind = "file";
     r.source = args.reference;
-    r.values = subject.load_reference(args.reference);
+    r.values = load_values(subject, args.reference);
   } else if (!subject.exact.empty()) {
     r.kind = "exact";
     r.source = subject.exact_text;
     r.values.mean = subject.exact;
+    check();
   } else {
     const std::uint64_t budget = std::min(16 * largest, subject.most);
     r.kind = "run";
@@ -182,18 +244,12 @@ study_reference make_reference(const study_arguments& args, const study_subject&
     if (!m) throw study_interrupted();
     r.seconds = m->seconds;
     r.values = std::move(m->values);
+    check();
     subject.save_reference(fs::path(args.output) / ("reference" + subject.reference_ending),
                            r.values);
   }
   // A short run, so that the first that counts does not pay for cold caches.
   if (r.kind != "run") progress.run(subject, 1, args.solve.seed, "warming up");
-  if (std::none_of(r.values.mean.begin(), r.values.mean.end(),
-                   [](double v) { return std::isfinite(v); })) {
-    throw wisp::file_error(
-        args.solve.scene, "",
-        "has nothing to study: the reference has no value at any point; are they "
-        "in the domain?");
-  }
   r.error = root_mean_square(r.values.error);
   if (subject.kind == "pde") {
     const double size = root_mean_square(r.values.mean);
@@ -208,14 +264,23 @@ void make_runs(const study_arguments& args, const study_subject& subject,
                std::vector<std::uint64_t> budgets, study_progress& progress, study_result& result) {
   study_tally tally;
   double seconds = 0;
+  std::uint64_t walks = 0, unfinished = 0;
+  const auto finish = [&] {
+    result.rows = tally.rows(result.reference);
+    if (unfinished == 0) return;
+    result.warnings.push_back(
+        fmt::format("{} of {} walks did not end at the boundary within their steps, or left "
+                    "through a hole of it, and may have biased the result; --max-steps or "
+                    "\"max_steps\" raises the limit",
+                    unfinished, walks));
+  };
   std::uint64_t seed = args.solve.seed;
   for (int repeat = 0; repeat < args.repeats && !result.interrupted; ++repeat) {
     for (std::size_t i = 0; i < budgets.size(); ++i) {
       if (args.solve.time > 0 && seconds >= args.solve.time) {
         result.warnings.push_back(
             fmt::format("--time ended the study in repeat {} of {}", repeat + 1, args.repeats));
-        result.rows = tally.rows(result.reference);
-        return;
+        return finish();
       }
       const auto budget = budgets[i];
       auto m = progress.run(
@@ -234,6 +299,8 @@ void make_runs(const study_arguments& args, const study_subject& subject,
       run.build_seconds = m->build_seconds;
       run.errors = measure_errors(m->values, result.reference);
       seconds += m->seconds;
+      walks += m->walks;
+      unfinished += m->unfinished;
       tally.add(run, m->values);
       result.runs.push_back(run);
       if (args.solve.error > 0 && run.errors.estimated < args.solve.error) {
@@ -241,7 +308,17 @@ void make_runs(const study_arguments& args, const study_subject& subject,
       }
     }
   }
-  result.rows = tally.rows(result.reference);
+  finish();
+}
+
+// Or takes away those of an earlier study, which are not of this one.
+void draw_plots(const study_arguments& args, std::span<const study_result> studies,
+                std::span<const std::string> names, const std::string& name) {
+  if (args.no_plots) {
+    remove_plots(args.output, name);
+  } else {
+    plot_studies(studies, names, args.output, name);
+  }
 }
 
 void save_study(const study_arguments& args, const study_result& result) {
@@ -249,17 +326,13 @@ void save_study(const study_arguments& args, const study_result& result) {
   save_text(folder / "study.csv", rows_csv(result));
   save_text(folder / "runs.csv", runs_csv(result));
   save_text(folder / "study.json", json_text(study_json(result)) + "\n");
-  if (args.no_plots) {
-    std::error_code ignored;  // of an earlier study
-    for (const char* plot : {"study.svg", "study.png"}) fs::remove(folder / plot, ignored);
-  } else {
-    const std::string names[] = {result.title};
-    plot_studies({&result, 1}, names, folder, "study");
-  }
+  const std::string names[] = {result.title};
+  draw_plots(args, {&result, 1}, names, "study");
   save_text(folder / "index.html", study_page(result, folder));
 }
 
 int run_compare(const study_arguments& args, const std::string& command_line) {
+  check_inputs(args);
   if (!args.no_plots) check_gnuplot();
   std::vector<study_result> studies;
   for (const auto& file : args.compare) studies.push_back(load_study(file));
@@ -287,7 +360,7 @@ int run_compare(const study_arguments& args, const std::string& command_line) {
                        {"studies", list},
                        {"differences", differences}};
   save_text(folder / "compare.json", json_text(report) + "\n");
-  if (!args.no_plots) plot_studies(studies, names, folder, "compare");
+  draw_plots(args, studies, names, "compare");
   save_text(folder / "index.html", compare_page(studies, names, differences, folder, command_line));
   if (!args.solve.quiet) {
     fmt::print("{}\n{}\n", compare_text(studies, names, differences),
@@ -299,6 +372,8 @@ int run_compare(const study_arguments& args, const std::string& command_line) {
 int run_study(const study_arguments& args, const std::string& command_line) {
   check_arguments(args);
   if (!args.compare.empty()) return run_compare(args, command_line);
+  check_inputs(args);
+  const output_folder made(args.output);
   check_files(args.solve);
   if (!args.no_plots) check_gnuplot();
   progress_line line(args.solve.quiet);
@@ -332,18 +407,27 @@ int run_study(const study_arguments& args, const std::string& command_line) {
     result.load_seconds = subject.load_seconds;
     result.build_seconds = subject.build_seconds;
     result.warnings = warnings;
-    const output_folder made(args.output);
 
     double total = 0;
     for (const auto b : budgets) total += static_cast<double>(b) * args.repeats;
     if (args.reference.empty() && subject.exact.empty())
       total += 16 * static_cast<double>(budgets.back());
     study_progress progress(line, total);
+    // before a reference that may take hours
+    std::vector<study_values> images;
+    for (const auto& file : args.images) images.push_back(load_values(subject, file));
     result.reference = make_reference(args, subject, budgets.back(), progress);
-    for (std::size_t i = 0; i < args.images.size(); ++i) {
-      const auto values = subject.load_reference(args.images[i]);
+    for (std::size_t i = 0; i < images.size(); ++i) {
       result.images.push_back(
-          {args.images[i], args.image_seconds[i], measure_errors(values, result.reference)});
+          {args.images[i], args.image_seconds[i], measure_errors(images[i], result.reference)});
+    }
+    const auto& wanted = result.reference.values.mean;
+    const auto known =
+        std::count_if(wanted.begin(), wanted.end(), [](double v) { return std::isfinite(v); });
+    if (const auto unknown = static_cast<std::ptrdiff_t>(wanted.size()) - known; unknown > 0) {
+      result.warnings.push_back(
+          fmt::format("the reference has no number for {} of {} values, which do not count",
+                      unknown, wanted.size()));
     }
     make_runs(args, subject, budgets, progress, result);
     line.clear();
@@ -366,7 +450,8 @@ int run_study(const study_arguments& args, const std::string& command_line) {
     }
   } catch (const study_interrupted&) {
     line.clear();
-    fmt::print(stderr, "wisp: stopped before the first run; nothing saved\n");
+    fmt::print(stderr, "wisp: stopped before the first run; {}\n",
+               result.reference.kind == "run" ? "saved is the reference alone" : "nothing saved");
     return exit_interrupted;
   }
   if (!args.solve.quiet) {
@@ -454,7 +539,16 @@ command_action add_study(CLI::App& app, const std::string& command_line) {
       ->option_text("N=0");
   cmd->add_option("--report", s.report, "JSON report of time, memory and what was built");
   cmd->add_flag("--quiet", s.quiet, "No progress, no warnings, no summary");
-  return [args, budgets, command_line] {
+  return [args, budgets, command_line, cmd] {
+    if (!args->compare.empty()) {
+      const std::set<std::string> used = {"scene",      "--output",  "--compare",
+                                          "--no-plots", "--threads", "--quiet"};
+      for (const auto* option : cmd->get_options()) {
+        if (option->count() == 0 || used.contains(option->get_name())) continue;
+        throw usage_error("--compare reads studies that are there, and has no use for " +
+                          option->get_name());
+      }
+    }
     if (!budgets->empty()) args->budgets = parse_budgets(*budgets);
     return run_study(*args, command_line);
   };

@@ -29,6 +29,7 @@ struct study_measurement {
   double build_seconds = 0;  // of what a run builds anew
   double seconds = 0;        // of estimating alone, wall clock
   double cpu_seconds = 0;
+  std::uint64_t walks = 0, unfinished = 0;  // of PDEs: all, and those cut short
 };
 
 // How far values are from their reference. Means are over the values that both have.
@@ -100,7 +101,7 @@ struct study_subject {
   std::string kind;    // "render", "pde"
   std::string title;   // "bust.json", "heat on the section cut"
   std::string unit;    // of budgets: "samples", "walks"
-  std::string size;    // "256 x 320 pixels", "312 points"
+  std::string size;    // "256 x 320 pixels", "312 points of 3 channels"
   std::string method;  // estimators, where they are not the default
   double load_seconds = 0, build_seconds = 0;
   // One run, which tells how much of it is done, 0 to 1; nothing if it was interrupted.

@@ -174,6 +174,8 @@ std::optional<study_measurement> run_walks(pde_study& s, std::uint64_t walks, st
   m.build_seconds = clock.seconds("build");
   m.seconds = clock.seconds("run");
   m.cpu_seconds = clock.cpu()["run"];
+  m.walks = solution.walks;
+  m.unfinished = solution.unfinished;
   m.values = values_of(solution, s.channels);
   if (walks < 2 && !(s.is_section() && options.share)) m.values.error.clear();
   return m;
@@ -205,7 +207,7 @@ study_subject make_pde_subject(const study_arguments& args, const study_watch& w
        choose_estimators(a.estimators, problem.problem, s->is_section(), s->options)) {
     warnings.push_back(std::move(unused));
   }
-  std::string where = fmt::format("{} points", s->points.size());
+  std::string where = std::filesystem::path(a.points).filename().string();
   if (s->is_section()) {
     const auto& section = s->scene.sections[static_cast<std::size_t>(s->task.section)];
     blame(a.scene, fmt::format("sections[{}]", s->task.section), [&] {
@@ -220,8 +222,9 @@ study_subject make_pde_subject(const study_arguments& args, const study_watch& w
   subject.kind = "pde";
   subject.title = fmt::format("{}, {}", data.name, where);
   subject.unit = "walks";
-  subject.size = fmt::format("{} {}{}", s->points.size(), s->gradient() ? "gradients" : "points",
-                             s->channels > 1 ? fmt::format(" x {}", s->channels) : "");
+  subject.size = fmt::format("{} {}{}{}", s->points.size(), s->gradient() ? "gradient" : "point",
+                             s->points.size() == 1 ? "" : "s",
+                             s->channels > 1 ? fmt::format(" of {} channels", s->channels) : "");
   subject.method = fmt::format("{}", fmt::join(a.estimators, ","));
   subject.load_seconds = timer.seconds("load");
   subject.build_seconds = timer.seconds("build");

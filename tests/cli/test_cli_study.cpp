@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -178,6 +179,51 @@ TEST_CASE("cli: a study without a solution makes its reference and takes it back
   }
 }
 
+TEST_CASE("cli: a study without any error has its page and no plot, even of an earlier one") {
+  folder f;
+  const auto scene = f.write("none.json", R"json({
+    "solids": [{"name": "ball", "sdf": {"sphere": {"radius": 1}}}],
+    "problems": [
+      {"name": "none", "domain": "ball", "boundary": "0"},
+      {"name": "huge", "domain": "ball", "boundary": "1e200*x", "exact": "1e200*x"}]})json");
+  const auto points = some_points(f);
+  const std::vector<std::string> plots =
+      has_gnuplot() ? std::vector<std::string>{} : std::vector<std::string>{"--no-plots"};
+  for (const std::string problem : {"none", "huge"}) {
+    f.write("study.svg", "an earlier one");
+    std::vector<std::string> more = {"--problem", problem, "--points", points, "--budgets", "4,8"};
+    more.insert(more.end(), plots.begin(), plots.end());
+    const auto o = run(study(f, scene, ".", more));
+    CAPTURE(o.err);
+    REQUIRE(o.status == 0);
+    CHECK(o.out.find("nothing to draw") != std::string::npos);
+    CHECK_FALSE(fs::exists(f / "study.svg"));
+    CHECK(read_file(f / "index.html").find("nothing to draw") != std::string::npos);
+    CHECK(read_file(f / "index.html").find("an earlier one") == std::string::npos);
+    CHECK(read_file(f / "study.json").find("nan") == std::string::npos);
+    CHECK(load(f / "study.json")["slope"].is_null());
+  }
+}
+
+TEST_CASE("cli: a study tells of values that do not count and of walks that were cut short") {
+  folder f;
+  const auto scene = ball_scene(f);
+  const auto points = f.write("mixed.csv", "x,y,z\n0,0,0\n5,0,0\nnan,0,0\n0.5,0,0.1\n");
+  const auto o = run(study(f, scene, "out",
+                           {"--problem", "known", "--points", points, "--budgets", "16",
+                            "--max-steps", "1", "--no-plots"}));
+  CAPTURE(o.err);
+  REQUIRE(o.status == 0);
+  const json s = load(f / "out/study.json");
+  CHECK(s["title"] == "known, mixed.csv");
+  CHECK(s["size"] == "4 points");
+  CHECK(s["budgets"][0]["values"] == 2);
+  REQUIRE(s["warnings"].size() == 2);
+  CHECK(s["warnings"][0] == "the reference has no number for 2 of 4 values, which do not count");
+  CHECK(s["warnings"][1].get<std::string>().find("--max-steps") != std::string::npos);
+  CHECK(s["slope"].is_null());  // of one budget
+}
+
 TEST_CASE("cli: studies side by side") {
   folder f;
   const auto scene = ball_scene(f);
@@ -198,6 +244,29 @@ TEST_CASE("cli: studies side by side") {
   CHECK(c["studies"][0]["time_ratio"] == 1.0);
   CHECK(c["differences"].empty());
   CHECK(fs::exists(f / "c/index.html"));
+  // plots of an earlier comparison are not of this one
+  f.write("c/compare.svg", "<svg>an earlier one</svg>");
+  REQUIRE(run({"study", "--compare", f / "b/study.json", f / "a/study.json", "-o", f / "c",
+               "--no-plots"})
+              .status == 0);
+  CHECK(read_file(f / "c/index.html").find("an earlier one") == std::string::npos);
+  CHECK_FALSE(fs::exists(f / "c/compare.svg"));
+  // what is of a study, and not of a comparison
+  for (const auto& wrong : std::vector<std::vector<std::string>>{
+           {"--budgets", "4"}, {"--report", f / "r.json"}, {"--seed", "3"}, {"--reference", "x"}}) {
+    std::vector<std::string> args = {"study", "--compare", f / "a/study.json", f / "b/study.json",
+                                     "-o",    f / "d"};
+    args.insert(args.end(), wrong.begin(), wrong.end());
+    o = run(args);
+    CAPTURE(o.err);
+    CHECK(o.status == 2);
+    CHECK(o.err.find(wrong[0]) != std::string::npos);
+    CHECK_FALSE(fs::exists(f / "d"));
+  }
+  const auto page = read_file(f / "a/index.html");
+  CHECK(run({"study", "--compare", f / "a/study.json", f / "b/study.json", "-o", f / "a"}).status ==
+        2);
+  CHECK(read_file(f / "a/index.html") == page);
   if (!has_gnuplot()) {
     MESSAGE("gnuplot is not installed: its plots were not tried");
     return;
@@ -261,6 +330,7 @@ TEST_CASE("cli: studies refuse what they cannot do and leave nothing") {
     CHECK_FALSE(fs::exists(f / "out"));
   }
   CHECK(run({"study", "-o", f / "out"}).status == 2);
+  CHECK(run({"study", scene, "--section", "cut", "-o", ""}).status == 2);
   CHECK(run({"study", "--compare", points, "-o", f / "out"}).status == 2);
   const auto fault = [&](const std::vector<std::string>& args, const std::string& word) {
     const auto o = run(args);
@@ -282,7 +352,69 @@ TEST_CASE("cli: studies refuse what they cannot do and leave nothing") {
   fault(study(f, scene, "out",
               {"--problem", "known", "--points", outside, "--no-plots", "--budgets", "4"}),
         "domain");
+  fault(study(f, scene, "out",
+              {"--problem", "plain", "--points", outside, "--no-plots", "--budgets", "4"}),
+        "domain");
   fault({"study", "--compare", scene, scene, "-o", f / "out", "--no-plots"}, "study.json");
+  // before the reference is made, and with folders above that are new
+  fault(study(f, scene, "out/of/three",
+              {"--problem", "plain", "--points", points, "--no-plots", "--image", f / "absent.csv",
+               "--seconds", "1"}),
+        "absent.csv");
+  std::string unknown = "x,y,z,value,std_error\n", negative = unknown;
+  std::istringstream lines(read_file(points));
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    unknown += line + ",nan,0\n";
+    negative += line + ",1,-1\n";
+  }
+  const auto nothing = f.write("nothing.csv", unknown), below = f.write("below.csv", negative);
+  for (const auto& more :
+       std::vector<std::vector<std::string>>{{"--reference"}, {"--seconds", "1", "--image"}}) {
+    auto args = study(f, scene, "out", {"--problem", "plain", "--points", points, "--no-plots"});
+    args.insert(args.end(), more.begin(), more.end());
+    for (const auto& [file, word] :
+         {std::pair{nothing, "nothing.csv: has no value"}, std::pair{below, "below.csv: has a"}}) {
+      args.push_back(file);
+      fault(args, word);
+      args.pop_back();
+    }
+  }
+}
+
+TEST_CASE("cli: a study does not write over what it is made of") {
+  folder f;
+  const auto text = read_file(ball_scene(f));
+  fs::create_directory(f / "out");
+  const auto scene = f.write("out/study.json", text);
+  const auto points = some_points(f);
+  const std::vector<std::string> quick = {"--problem", "known",      "--budgets",
+                                          "4",         "--no-plots", "--quiet"};
+  const auto args = [&](const std::string& of, std::vector<std::string> more) {
+    more.insert(more.end(), quick.begin(), quick.end());
+    return study(f, of, "out", more);
+  };
+  auto o = run(args(scene, {"--points", points}));
+  CAPTURE(o.err);
+  CHECK(o.status == 2);
+  CHECK(o.err.find("would be overwritten") != std::string::npos);
+  CHECK(read_file(scene) == text);
+  fs::remove(scene);
+  const auto elsewhere = ball_scene(f);
+  const auto table = read_file(points);
+  const auto runs = f.write("out/runs.csv", table);
+  CHECK(run(args(elsewhere, {"--points", runs})).status == 2);
+  CHECK(run(args(elsewhere, {"--points", points, "--reference", runs})).status == 2);
+  CHECK(run(args(elsewhere, {"--points", points, "--image", runs, "--seconds", "1"})).status == 2);
+  CHECK(read_file(runs) == table);
+  CHECK(run(args(elsewhere, {"--points", points, "--report", f / "out/study.csv"})).status == 2);
+  // a report may be in the folder, also where that is still to be made
+  fs::remove_all(f / "out");
+  o = run(args(elsewhere, {"--points", points, "--report", f / "out/report.json"}));
+  CAPTURE(o.err);
+  CHECK(o.status == 0);
+  CHECK(load(f / "out/report.json")["interrupted"] == false);
 }
 
 TEST_CASE("cli: without gnuplot a study says what to install") {
