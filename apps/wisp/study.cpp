@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <set>
@@ -311,14 +312,20 @@ void make_runs(const study_arguments& args, const study_subject& subject,
   finish();
 }
 
-// Or takes away those of an earlier study, which are not of this one.
-void draw_plots(const study_arguments& args, std::span<const study_result> studies,
-                std::span<const std::string> names, const std::string& name) {
-  if (args.no_plots) {
-    remove_plots(args.output, name);
-  } else {
-    plot_studies(studies, names, args.output, name);
+// The plots, and the page with them. Those of an earlier study go, also where there are none
+// of this one: a failure leaves a page without.
+void save_page(const study_arguments& args, std::span<const study_result> studies,
+               std::span<const std::string> names, const std::string& plot,
+               const std::function<std::string()>& page) {
+  const auto file = fs::path(args.output) / "index.html";
+  remove_plots(args.output, plot);
+  try {
+    if (!args.no_plots) plot_studies(studies, names, args.output, plot);
+  } catch (const wisp::file_error&) {
+    save_text(file, page());
+    throw;
   }
+  save_text(file, page());
 }
 
 void save_study(const study_arguments& args, const study_result& result) {
@@ -327,8 +334,7 @@ void save_study(const study_arguments& args, const study_result& result) {
   save_text(folder / "runs.csv", runs_csv(result));
   save_text(folder / "study.json", json_text(study_json(result)) + "\n");
   const std::string names[] = {result.title};
-  draw_plots(args, {&result, 1}, names, "study");
-  save_text(folder / "index.html", study_page(result, folder));
+  save_page(args, {&result, 1}, names, "study", [&] { return study_page(result, folder); });
 }
 
 int run_compare(const study_arguments& args, const std::string& command_line) {
@@ -360,8 +366,8 @@ int run_compare(const study_arguments& args, const std::string& command_line) {
                        {"studies", list},
                        {"differences", differences}};
   save_text(folder / "compare.json", json_text(report) + "\n");
-  draw_plots(args, studies, names, "compare");
-  save_text(folder / "index.html", compare_page(studies, names, differences, folder, command_line));
+  save_page(args, studies, names, "compare",
+            [&] { return compare_page(studies, names, differences, folder, command_line); });
   if (!args.solve.quiet) {
     fmt::print("{}\n{}\n", compare_text(studies, names, differences),
                (folder / "index.html").string());

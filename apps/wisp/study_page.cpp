@@ -189,6 +189,11 @@ std::vector<std::string> findings(const study_result& s) {
                                   last.errors.missing));
     }
   }
+  for (const auto& i : s.images) {
+    if (i.errors.missing == 0) continue;
+    lines.push_back(fmt::format("{} values that the reference has are missing in {}.",
+                                i.errors.missing, i.file));
+  }
   lines.push_back(fmt::format("Loading took {} s and building {} s, which is not part of the time.",
                               number(s.load_seconds), number(s.build_seconds)));
   for (const auto& w : s.warnings) lines.push_back("Warning: " + w);

@@ -211,13 +211,10 @@ void check_gnuplot() {
                          "Ubuntu: gnuplot-nox), or give --no-plots");
 }
 
-bool plot_studies(std::span<const study_result> studies, std::span<const std::string> names,
+void plot_studies(std::span<const study_result> studies, std::span<const std::string> names,
                   const fs::path& folder, const std::string& name) {
   const script s = draw(studies, names);
-  if (s.empty()) {
-    remove_plots(folder, name);
-    return false;
-  }
+  if (s.empty()) return;
   const auto beside = [&](const char* end) {
     return fs::absolute(folder / fmt::format(".wisp-{}-plot{}", getpid(), end));
   };
@@ -229,7 +226,7 @@ bool plot_studies(std::span<const study_result> studies, std::span<const std::st
   fs::remove(commands, ignored);
   if (status == 0) fs::rename(svg, folder / (name + ".svg"), error);
   if (status == 0 && !error) fs::rename(png, folder / (name + ".png"), error);
-  if (status == 0 && !error) return true;
+  if (status == 0 && !error) return;
   fs::remove(svg, ignored);
   fs::remove(png, ignored);
   throw wisp::file_error((folder / name).string(), "",

@@ -431,6 +431,28 @@ TEST_CASE("cli: without gnuplot a study says what to install") {
   CHECK_FALSE(fs::exists(f / "out"));
 }
 
+TEST_CASE("cli: where gnuplot fails a study keeps its numbers and a page of them") {
+  folder f;
+  const auto scene = ball_scene(f);
+  const auto program = f.write("gnuplot", "#!/bin/sh\n[ \"$1\" = --version ] || exit 1\n");
+  fs::permissions(program, fs::perms::owner_all);
+  fs::create_directory(f / "out");
+  f.write("out/study.svg", "<svg>an earlier one</svg>");
+  f.write("out/index.html", "an earlier one");
+  const std::string path = std::getenv("PATH") ? std::getenv("PATH") : "";
+  setenv("PATH", (f.path.string() + ":" + path).c_str(), 1);
+  const auto o = run(study(f, scene, "out", {"--section", "cut", "--budgets", "4"}));
+  setenv("PATH", path.c_str(), 1);
+  CAPTURE(o.err);
+  CHECK(o.status == 1);
+  CHECK(o.err.find("gnuplot could not draw") != std::string::npos);
+  CHECK(lines_of(f / "out/study.csv") == 2);
+  CHECK_FALSE(fs::exists(f / "out/study.svg"));
+  const auto page = read_file(f / "out/index.html");
+  CHECK(page.find("an earlier one") == std::string::npos);
+  CHECK(page.find("Budgets") != std::string::npos);
+}
+
 TEST_CASE("cli: budgets of time and of error and Ctrl-C end studies with what there is") {
   folder f;
   const auto scene = ball_scene(f), points = some_points(f);
