@@ -203,8 +203,13 @@ std::vector<study_row> study_tally::rows(const study_reference& reference) const
         const auto m = static_cast<double>(count);
         row.deviation = std::sqrt(variance / m);
         // mse = deviation^2 + bias^2, where the first is known to about this much, and not as
-        // well where neighbours share their errors
-        const double noise = std::max(3 * std::sqrt(2 / (n - 1) * squares), 0.5 * variance) / m;
+        // well where neighbours share their errors, or where few values have most of it:
+        // degrees of freedom by Satterthwaite 1946
+        const double freedom = (n - 1) * variance * variance / squares;
+        const double t = student_t95(freedom >= 1 ? static_cast<int>(std::min(freedom, 1e3)) : 1) /
+                         student_t95(1000);
+        const double noise =
+            t * t * std::max(3 * std::sqrt(2 / (n - 1) * squares), 0.5 * variance) / m;
         const double common = e.mse - variance / m - reference.error * reference.error;
         if (common > noise) row.bias = std::sqrt(common);
       }

@@ -222,6 +222,36 @@ TEST_CASE("study: rows tell deviation and bias of repeats") {
   CHECK(rows[1].errors.coverage < 0.7);
 }
 
+TEST_CASE("study: few values and repeats rarely show a bias that is not there") {
+  // Values of very different noise, as near to a boundary and far from it.
+  std::mt19937 engine(11);
+  std::normal_distribution<double> normal;
+  constexpr int times = 2000;
+  for (const int size : {1, 2, 5, 40}) {
+    for (const int repeats : {2, 3}) {
+      int found = 0;
+      for (int i = 0; i < times; ++i) {
+        const auto reference = exact(std::vector<double>(static_cast<std::size_t>(size), 1.0));
+        std::vector<double> noise;
+        for (int k = 0; k < size; ++k) noise.push_back(std::exp(1.5 * normal(engine)));
+        study_tally tally;
+        for (int repeat = 0; repeat < repeats; ++repeat) {
+          study_values values;
+          for (const double s : noise) values.mean.push_back(1 + s * normal(engine));
+          study_run run;
+          run.budget = 4;
+          run.errors = measure_errors(values, reference);
+          tally.add(run, values);
+        }
+        found += std::isfinite(tally.rows(reference)[0].bias);
+      }
+      CAPTURE(size);
+      CAPTURE(repeats);
+      CHECK(found <= times / 20);  // 1 to 4 % are
+    }
+  }
+}
+
 TEST_CASE("study: rows of runs without values tell nothing") {
   const auto reference = exact({1, 2});
   study_tally tally;
