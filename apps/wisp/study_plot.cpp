@@ -143,12 +143,16 @@ class script {
         "set samples 200\n",
         axis("x", low_.first, high_.first), axis("y", low_.second, high_.second),
         quoted(shortened(title)));
+    // room for the names below, each of which may need a line
+    const auto names = std::count_if(curves_.begin(), curves_.end(),
+                                     [](const curve& c) { return !c.title.empty(); });
+    const auto height = 620 + 22 * std::max<std::ptrdiff_t>(names - 3, 0);
     result += fmt::format(
-        "set terminal svg size 860,620 dynamic font 'Helvetica,15' background '#ffffff'\n"
+        "set terminal svg size 860,{} dynamic font 'Helvetica,15' background '#ffffff'\n"
         "set output {}\n{}set output\n"
-        "set terminal pngcairo size 1290,930 font ',17' background '#ffffff'\n"
+        "set terminal pngcairo size 1290,{} font ',17' background '#ffffff'\n"
         "set output {}\nreplot\nset output\n",
-        quoted(svg.string()), plot, quoted(png.string()));
+        height, quoted(svg.string()), plot, height * 3 / 2, quoted(png.string()));
     return result;
   }
 
