@@ -24,7 +24,7 @@ struct mesh_domain final : domain_data {
   mesh_domain(const mesh_solid& m, const domain_options& options) : mesh(m) {
     const bvh& tree = mesh.tree();
     bounds = {tree.min(), tree.max()};
-    if (options.grid_resolution > 0) grid = distance_grid(tree, {options.grid_resolution, 0.1});
+    if (options.grid_resolution != 0) grid = distance_grid(tree, {options.grid_resolution, 0.1});
     noise = 4e-6 * glm::distance(bounds.min, bounds.max);
   }
   int side_of(const dvec3& p) const override {
@@ -68,7 +68,7 @@ struct sdf_domain final : domain_data {
   explicit sdf_domain(const sdf& s) : solid(s) { bounds = properties(s).bounds; }
   int side_of(const dvec3& p) const override {
     const double v = signed_distance(solid, p);
-    return v < 0 ? -1 : v > 0 ? 1 : 0;
+    return v < 0 ? -1 : v > 0 ? 1 : v == 0 ? 0 : unknown_side;
   }
   std::size_t bytes() const override { return 0; }
 
@@ -91,6 +91,16 @@ struct sdf_domain final : domain_data {
     return result;
   }
 };
+
+sdf checked_function(std::function<double(const dvec3&)> f, const dbox3& bounds) {
+  if (!f) throw std::invalid_argument("the distance of a domain is no function");
+  // Solids may be empty, but who names a distance means a domain.
+  if (is_empty(bounds)) {
+    throw std::invalid_argument(
+        "the bounds of a domain should be a box around its solid, min below max");
+  }
+  return sdf_function(std::move(f), bounds);
+}
 
 }  // namespace
 
@@ -122,7 +132,7 @@ pde_domain::pde_domain(const sdf& solid, domain_side side, const domain_options&
 
 pde_domain::pde_domain(std::function<double(const dvec3&)> signed_distance, const dbox3& bounds,
                        domain_side side)
-    : pde_domain(sdf_function(std::move(signed_distance), bounds), side) {}
+    : pde_domain(checked_function(std::move(signed_distance), bounds), side) {}
 
 domain_side pde_domain::side() const { return data_ ? data_->side : domain_side::interior; }
 dbox3 pde_domain::bounds() const { return data_ ? data_->bounds : dbox3{}; }

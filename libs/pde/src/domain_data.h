@@ -13,7 +13,9 @@ struct domain_data {
 
   virtual ~domain_data();
   void finish(domain_side s);
-  // -1 inside of the solid, 1 outside, 0 on its surface
+  // -1 inside of the solid, 1 outside, 0 on its surface; unknown_side where its distance
+  // is not a number
+  static constexpr int unknown_side = 2;
   virtual int side_of(const dvec3& p) const = 0;
   virtual std::size_t bytes() const = 0;
   virtual void clearances(std::span<const dvec3> points, std::span<double> radii,

@@ -65,11 +65,17 @@ point_place place_point(const walk_context& context, const dvec3& p) {
     place.status = point_status::outside;
     return place;
   }
+  if (side == domain_data::unknown_side) {
+    place.status = point_status::undefined;
+    return place;
+  }
   const double tiny = 1e-14 * context.domain.size;
   if (side == 0) {
     const auto near = context.domain.find_boundary(p, tiny);
     place.status = point_status::boundary;
-    place.value = context.problem.boundary(near.ends ? near.at : boundary_point{p});
+    const dvec4 g = context.problem.boundary(near.ends ? near.at : boundary_point{p});
+    for (int c = 0; c < context.problem.channels; ++c) place.value[c] = g[c];
+    if (!all_finite(g)) place.status = point_status::undefined;
     return place;
   }
   if (context.sources.on_point_source(p)) {

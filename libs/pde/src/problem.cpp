@@ -59,7 +59,16 @@ void check_sources(const pde_problem& p) {
 void check_problem(const pde_problem& p) {
   if (p.domain.empty()) fail("the domain is empty: it needs a solid with a surface");
   if (p.channels < 1 || p.channels > max_channels) fail("channels should be 1 to 4");
-  if (!p.boundary) fail("boundary values are missing");
+  if (!p.boundary) fail("boundary values are missing: `boundary` is no function");
+  switch (p.equation) {
+    case pde_equation::laplace:
+    case pde_equation::poisson:
+    case pde_equation::screened_poisson:
+    case pde_equation::biharmonic:
+      break;
+    default:
+      fail("there is no such equation");
+  }
   if (!(p.screening >= 0) || !std::isfinite(p.screening)) {
     fail("the screening c should be finite and not negative");
   }

@@ -145,10 +145,23 @@ section_grid make_section_grid(const pde_domain& domain, const section_plane& pl
   return grid;
 }
 
+namespace {
+
+void check_grid(const section_grid& grid) {
+  const auto cells = static_cast<std::uint64_t>(std::max(grid.width, 0)) *
+                     static_cast<std::uint64_t>(std::max(grid.height, 0));
+  bool fine = grid.cells.size() == grid.points.size();
+  for (const std::uint32_t cell : grid.cells) fine = fine && cell < cells;
+  if (!fine) throw std::invalid_argument("section: each point should have a cell of the grid");
+}
+
+}  // namespace
+
 solution solve_section(const pde_problem& problem, const section_grid& grid,
                        const section_options& options) {
   check_problem(problem);
   check_options(options.solve);
+  check_grid(grid);
   if (options.share && can_share(problem, grid, options.solve)) {
     return solve_shared(problem, grid, options.solve);
   }

@@ -16,9 +16,11 @@ namespace wisp {
 void check_options(const solve_options& o) {
   const auto fail = [](const char* message) { throw std::invalid_argument(message); };
   if (o.walks == 0) fail("walks should be 1 or more");
-  if (!(o.epsilon >= 0) || !std::isfinite(o.epsilon)) fail("epsilon should be above 0");
+  if (o.max_walks == 0) fail("max_walks should be 1 or more");
+  if (!(o.epsilon >= 0) || !std::isfinite(o.epsilon))
+    fail("epsilon should be finite and not negative");
   if (o.max_steps < 1) fail("max_steps should be 1 or more");
-  if (!(o.error >= 0)) fail("the error to reach should be above 0");
+  if (!(o.error >= 0)) fail("the error to reach should not be negative");
   if (!(o.seconds > 0)) fail("the time to take should be above 0");
   if (!(o.tolerance > 0 && o.tolerance < 1)) fail("tolerance should be between 0 and 1");
   if (o.nested_walks < 1) fail("nested_walks should be 1 or more");

@@ -30,8 +30,8 @@ struct boundary_point {
 };
 
 struct domain_options {
-  // Cells along the longest side of the grid of distances that meshes have; it is
-  // filled where walks come by. 0: none.
+  // Cells along the longest side of the grid of distances that meshes have, up to 4096;
+  // it is filled where walks come by. 0: none. Solids that are not a mesh have no grid.
   int grid_resolution = 1024;
 };
 
@@ -42,6 +42,9 @@ struct domain_data;  // within the library
 class WISP_API pde_domain {
  public:
   pde_domain() = default;
+  // All throw std::invalid_argument for options out of range. An empty mesh or solid
+  // makes an empty domain, which is refused when a problem is solved.
+  //
   // The fast one: steps far from the mesh read one number of a grid, others find a
   // lower bound of the distance, and only where a walk may end the closest point.
   explicit pde_domain(const mesh_solid& mesh, domain_side side = domain_side::interior,
@@ -51,7 +54,10 @@ class WISP_API pde_domain {
   explicit pde_domain(const sdf& solid, domain_side side = domain_side::interior,
                       const domain_options& options = {});
   // A function of one's own, negative inside of a solid that lies in `bounds`, with
-  // |f(p) - f(q)| <= |p - q|.
+  // |f(p) - f(q)| <= |p - q|; sdf_function takes other slopes. The solid is not looked
+  // for outside of the bounds, which may be infinite. It is called from many threads at
+  // once. Throws for an empty std::function and empty bounds; where f is NaN, points are
+  // `undefined`.
   pde_domain(std::function<double(const dvec3&)> signed_distance, const dbox3& bounds,
              domain_side side = domain_side::interior);
 

@@ -15,9 +15,10 @@
 // magnitude, and Green's functions of stiff equations span hundreds of them.
 
 #include <array>
+#include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -34,29 +35,54 @@ inline constexpr int max_channels = 4;
 
 namespace pde_detail {
 inline dvec4 to_channels(double v) { return {v, 0, 0, 0}; }
-inline dvec4 to_channels(const dvec2& v) { return {v, 0, 0}; }
-inline dvec4 to_channels(const dvec3& v) { return {v, 0}; }
-inline dvec4 to_channels(const dvec4& v) { return v; }
+template <glm::length_t n, typename T, glm::qualifier Q>
+dvec4 to_channels(const glm::vec<n, T, Q>& v) {
+  dvec4 all{0};
+  for (glm::length_t i = 0; i < n; ++i) all[i] = static_cast<double>(v[i]);
+  return all;
+}
+
+// A function of P that many threads may call: const, with numbers as its value.
+template <typename F, typename P>
+concept field_of = std::copy_constructible<F> && requires(const F& f, const P& p) {
+  pde_detail::to_channels(f(p));
+};
+
+// Whether there is a function to call: not in a null pointer, nor in an empty
+// std::function. Lambdas that turn into a pointer always have one.
+template <typename F>
+bool is_there(const F& f) {
+  if constexpr (std::is_pointer_v<F> ||
+                (
+                    requires { static_cast<bool>(f); } && !requires { +f; })) {
+    return static_cast<bool>(f);
+  } else {
+    return true;
+  }
+}
 }  // namespace pde_detail
 
 // A function on the boundary: of a position or of a boundary_point, with one to four
-// numbers as its value (double, dvec2, dvec3, dvec4). It is called from many threads at
-// once.
+// numbers as its value (double, dvec2, dvec3, dvec4; float ones are taken as well). It is
+// called from many threads at once, so that its operator() has to be const: no mutable
+// lambdas. An empty std::function or a null pointer makes an empty field, which
+// check_problem refuses; to call one throws std::bad_function_call.
 class boundary_field {
  public:
   boundary_field() = default;
-  template <typename F,
-            typename = std::enable_if_t<!std::is_same_v<std::decay_t<F>, boundary_field> &&
-                                        (std::is_invocable_v<F, const boundary_point&> ||
-                                         std::is_invocable_v<F, const dvec3&>)>>
-  boundary_field(F f)
-      : call_([f = std::move(f)](const boundary_point& p) {
-          if constexpr (std::is_invocable_v<F, const boundary_point&>) {
-            return pde_detail::to_channels(f(p));
-          } else {
-            return pde_detail::to_channels(f(p.position));
-          }
-        }) {}
+  template <typename F>
+  requires(!std::same_as<F, boundary_field> &&
+           (pde_detail::field_of<F, boundary_point> || pde_detail::field_of<F, dvec3>))
+      boundary_field(F f) {
+    if (!pde_detail::is_there(f)) return;
+    call_ = [f = std::move(f)](const boundary_point& p) {
+      if constexpr (pde_detail::field_of<F, boundary_point>) {
+        return pde_detail::to_channels(f(p));
+      } else {
+        return pde_detail::to_channels(f(p.position));
+      }
+    };
+  }
   explicit operator bool() const { return static_cast<bool>(call_); }
   dvec4 operator()(const boundary_point& p) const { return call_(p); }
 
@@ -64,14 +90,15 @@ class boundary_field {
   std::function<dvec4(const boundary_point&)> call_ = {};
 };
 
-// The same in space.
+// The same in space, of a position.
 class space_field {
  public:
   space_field() = default;
-  template <typename F, typename = std::enable_if_t<!std::is_same_v<std::decay_t<F>, space_field> &&
-                                                    std::is_invocable_v<F, const dvec3&>>>
-  space_field(F f)
-      : call_([f = std::move(f)](const dvec3& p) { return pde_detail::to_channels(f(p)); }) {}
+  template <typename F>
+  requires(!std::same_as<F, space_field> && pde_detail::field_of<F, dvec3>) space_field(F f) {
+    if (!pde_detail::is_there(f)) return;
+    call_ = [f = std::move(f)](const dvec3& p) { return pde_detail::to_channels(f(p)); };
+  }
   explicit operator bool() const { return static_cast<bool>(call_); }
   dvec4 operator()(const dvec3& p) const { return call_(p); }
 
@@ -114,7 +141,7 @@ struct pde_problem {
 
   boundary_field boundary = {};            // g; needed
   boundary_field boundary_laplacian = {};  // h; needed by the biharmonic equation
-  space_field source = {};                 // f; none is 0. Poisson and screened Poisson
+  space_field source = {};                 // f; an empty one is 0. (Screened) Poisson
   std::vector<point_source> point_sources = {};
   std::vector<curve_source> curve_sources = {};
   std::vector<mesh_source> mesh_sources = {};
@@ -127,7 +154,8 @@ struct pde_problem {
 
 // Throws std::invalid_argument, in a sentence, for a problem that is not one: an empty
 // domain, no boundary values, c < 0 or not finite, sources of an equation that has none,
-// an exterior biharmonic problem, numbers that are not finite.
+// an exterior biharmonic problem, numbers that are not finite. It does not call the
+// problem's functions; where they give no number, estimates are `undefined`.
 WISP_API void check_problem(const pde_problem& problem);
 
 }  // namespace wisp

@@ -58,8 +58,9 @@ struct section_options {
   bool share = true;
 };
 
-// A solution at the points of a grid. With shared walks, `walks` of an estimate are
-// those of the balls that serve it.
+// A solution at the points of a grid, in their order. With shared walks, `walks` of an
+// estimate are those of the balls that serve it. Throws what solve() does, and
+// std::invalid_argument for a grid that make_section_grid would not make.
 WISP_API solution solve_section(const pde_problem& problem, const section_grid& grid,
                                 const section_options& options = {});
 

@@ -54,7 +54,7 @@ struct solve_options {
   // `walks` to max_walks, which none exceeds.
   double error = 0;
   double seconds = std::numeric_limits<double>::infinity();
-  std::uint64_t max_walks = std::uint64_t{1} << 40;
+  std::uint64_t max_walks = std::uint64_t{1} << 40;  // > 0
 
   source_sampling sampling = source_sampling::greens;
   point_source_estimator point_sources = point_source_estimator::fundamental;
@@ -85,35 +85,40 @@ enum struct point_status {
   boundary,  // on it: values are those of the boundary, without a walk
   outside,   // of the domain, or not finite; walks is 0 and values are NaN
   singular,  // at a point source, where u is infinite; the same
-  undefined  // a walk met data that is not a number; values are NaN
+  undefined  // data there, or that a walk met, is not a finite number; values are NaN
 };
 
+// Channels beyond those of the problem are 0.
 struct estimate {
   point_status status = point_status::ok;
   dvec4 mean = dvec4{std::numeric_limits<double>::quiet_NaN()};
+  // Of the mean, from the spread of the walks that were made; NaN where they are a single
+  // one, pair or block of 16, which has no spread.
   dvec4 standard_error = dvec4{std::numeric_limits<double>::quiet_NaN()};
   std::uint64_t walks = 0;
-  double mean_steps = 0;
+  double mean_steps = 0;         // of a walk
   std::uint64_t unfinished = 0;  // of the walks: step limit met, or lost
 };
 
+// Of each channel, in units of u over those of length; NaN where `status` is not ok.
 struct gradient_estimate {
   std::array<dvec3, max_channels> mean = {};
   std::array<dvec3, max_channels> standard_error = {};
 };
 
 struct solution {
-  std::vector<estimate> values = {};              // one for each point
-  std::vector<gradient_estimate> gradients = {};  // the same, or none
-  std::uint64_t walks = 0, steps = 0, unfinished = 0;
-  double seconds = 0;
-  bool stopped = false;  // by on_progress
+  std::vector<estimate> values = {};                   // one for each point
+  std::vector<gradient_estimate> gradients = {};       // the same, or none
+  std::uint64_t walks = 0, steps = 0, unfinished = 0;  // in all
+  double seconds = 0;                                  // that it took
+  bool stopped = false;                                // by on_progress
 };
 
 // Estimates u, and its gradient if asked for, at each of `points`. The same numbers for
 // a seed at any number of threads, but with a budget of time. Memory does not grow with
-// walks. Throws std::invalid_argument for a problem or options that are not valid. Calls
-// from several threads do not disturb each other, on one problem or on several.
+// walks. Throws std::invalid_argument for a problem or options that are not valid, and
+// what a function of the problem throws. Calls from several threads do not disturb each
+// other, on one problem or on several.
 WISP_API solution solve(const pde_problem& problem, std::span<const dvec3> points,
                         const solve_options& options = {});
 
