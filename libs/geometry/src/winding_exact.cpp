@@ -86,8 +86,9 @@ double winding_number_sum(std::span<const ivec3> triangles, std::span<const dvec
     dvec3 v[3];
     for (int k = 0; k < 3; ++k) {
       if (t[k] < 0 || static_cast<std::size_t>(t[k]) >= positions.size()) {
-        throw std::out_of_range("winding number: vertex " + std::to_string(t[k]) +
-                                " of a triangle; there are " + std::to_string(positions.size()));
+        throw std::invalid_argument("winding number: vertex " + std::to_string(t[k]) +
+                                    " of a triangle; there are " +
+                                    std::to_string(positions.size()));
       }
       v[k] = positions[static_cast<std::size_t>(t[k])];
     }

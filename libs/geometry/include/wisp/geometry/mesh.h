@@ -1,7 +1,8 @@
 #pragma once
 
 // What several layers ask of triangle and quad meshes. A quad with z == w is
-// the triangle x y z. The functions are pure and safe to call from any thread.
+// the triangle x y z. The functions are pure and safe to call from any thread. Faces with
+// an index that is not of a vertex, or a vertex that is not finite, count nothing.
 
 #include <span>
 #include <vector>
@@ -29,13 +30,13 @@ WISP_API std::vector<vec3> vertex_normals(std::span<const ivec3> triangles,
 
 // Area-weighted points on the faces of a mesh, by inversion of the running sum.
 struct mesh_area_sampler {
-  std::vector<double> cdf = {};  // cdf[i]: area of triangles 0..i
+  std::vector<double> cdf = {};  // cdf[i]: area of triangles 0..i, in squared units of length
 };
 WISP_API mesh_area_sampler make_area_sampler(std::span<const ivec3> triangles,
                                              std::span<const vec3> positions);
 struct mesh_sample {
-  int triangle = -1;
-  vec2 uv = {0, 0};  // barycentrics of the second and third vertex
+  int triangle = -1;  // none where there is no area
+  vec2 uv = {0, 0};   // barycentrics of the second and third vertex
 };
 // rel in [0, 1) picks the triangle, ruv the point, uniform over the area.
 WISP_API mesh_sample sample_area(const mesh_area_sampler& sampler, float rel, const vec2& ruv);

@@ -42,7 +42,7 @@ inline double solid_angle(const dvec3& p, const dvec3& a, const dvec3& b, const 
 // Inside-Outside Segmentation using Generalized Winding Numbers, 2013, equation 5):
 // 1 inside and 0 outside of a closed mesh that is counter-clockwise outside. Triangles
 // with a vertex that is not finite count nothing. Cost: that of all triangles.
-// NaN for a p with a NaN. Throws std::out_of_range for an index that is not of a vertex.
+// NaN for a p with a NaN. Throws std::invalid_argument for an index that is not of a vertex.
 WISP_API double winding_number_sum(std::span<const ivec3> triangles,
                                    std::span<const dvec3> positions, const dvec3& p);
 
