@@ -2,6 +2,7 @@
 // labyrinth, cut to a ball. The problem has a known solution, so that the program can
 // tell how right it is. Ends with 1 if it is not.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <glm/trigonometric.hpp>

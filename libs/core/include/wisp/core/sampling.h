@@ -49,8 +49,9 @@ struct discrete_distribution {
 };
 // Weights >= 0 (others count as 0); an empty result when they sum to 0.
 WISP_API discrete_distribution make_discrete(std::span<const float> weights);
-// Draws an index; *remapped (if given) is u within its bin, again in [0, 1).
+// Draws an index, -1 from an empty one; *remapped (if given) is u within its bin, again in [0, 1).
 WISP_API int sample_discrete(const discrete_distribution& d, float u, float* remapped = nullptr);
+// The probability of an index, 0 for one that is not there.
 WISP_API float discrete_pdf(const discrete_distribution& d, int index);
 
 // A density over [0, 1)^2, constant in each cell of a grid (Pharr et al.,
@@ -61,10 +62,14 @@ struct distribution_2d {
   std::vector<float> rows = {};   // cdf over rows
   std::vector<float> cells = {};  // cdf within each row
 };
+// Weights, row by row, >= 0 (others count as 0); empty when they sum to 0 or are not
+// width * height.
 WISP_API distribution_2d make_distribution_2d(std::span<const float> weights, int width,
                                               int height);
+// A point of [0, 1)^2; the origin from an empty one.
 WISP_API vec2 sample_2d(const distribution_2d& d, const vec2& u);
-// Density with respect to the area of the unit square.
+// Density with respect to the area of the unit square; 0 for an empty one. Points outside
+// have that of the nearest cell.
 WISP_API float distribution_pdf(const distribution_2d& d, const vec2& p);
 
 }  // namespace wisp

@@ -19,8 +19,11 @@
 // The work is split by how often it changes: hair_bsdf holds what follows from
 // the material, hair_hit what follows from the viewing direction, h and the
 // absorption, and a call of eval or sample does the rest. Everything is a
-// template over float (for renderers) and double (for tests and tables). All
-// functions are pure and safe to call from any thread.
+// template over float (for renderers) and double (for tests and tables): within
+// rounding_bound (rounding.h) of each other, and float works on the lobes at once.
+// All functions are pure and safe to call from any thread. h, eta and roughness are
+// clamped to their ranges; what is not finite, or a direction that does not have unit
+// length, is the caller's error and gives numbers without meaning, NaN among them.
 
 #include <algorithm>
 #include <array>
