@@ -7,13 +7,10 @@ namespace wisp {
 
 namespace {
 
-bool all_finite(const dvec4& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z) && std::isfinite(v.w);
-}
-
 void join(sphere_moments& a, const sphere_moments& b) {
   a.mean += b.mean;
   for (std::size_t c = 0; c < max_channels; ++c) a.slope[c] += b.slope[c];
+  a.nu += b.nu;
   a.weight += b.weight;
 }
 

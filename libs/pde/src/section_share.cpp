@@ -75,6 +75,7 @@ class shared_solver {
     records_.resize(all_.balls.size());
     ball_sums_.resize(all_.balls.size());
     point_sums_.resize(grid.points.size());
+    if (options.control_variates) take_nearest_values();
   }
 
   solution run();
@@ -96,6 +97,7 @@ class shared_solver {
   };
 
   double seconds() const { return std::chrono::duration<double>(clock::now() - start_).count(); }
+  void take_nearest_values();
   void make_records();
   bool run_pass(const std::vector<char>& wanted);
   void draw_sources(std::uint32_t b, rng_state& rng);
@@ -119,6 +121,21 @@ class shared_solver {
   std::vector<point_sums> point_sums_;
   solution result_;
 };
+
+// What is taken for known in the first pass: the boundary value next to each ball.
+void shared_solver::take_nearest_values() {
+  parallel_for(
+      all_.balls.size(), options_.threads,
+      [&](std::size_t b) {
+        const std::uint32_t center = all_.balls[b].center;
+        const auto near =
+            context_.domain.find_boundary(grid_.points[center], 1.01 * all_.places[center].radius);
+        if (!near.ends) return;
+        const dvec4 g = context_.boundary_value(near.at);
+        if (all_finite(g)) ball_sums_[b].learned.mean = g;
+      },
+      16);
+}
 
 void shared_solver::make_records() {
   std::size_t walks = 0, samples = 0, rows = 0;
@@ -284,9 +301,7 @@ void shared_solver::gather(std::uint32_t point) {
     sums.walks += n;
   }
   total /= weights;
-  for (int c = 0; c < 4; ++c) {
-    if (!std::isfinite(total[c])) sums.undefined = true;
-  }
+  if (!all_finite(total)) sums.undefined = true;
   if (!sums.undefined) sums.value.add(total);
 }
 

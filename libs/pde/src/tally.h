@@ -11,6 +11,10 @@
 
 namespace wisp {
 
+inline bool all_finite(const dvec4& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z) && std::isfinite(v.w);
+}
+
 // Welford's method, and Chan's to join two, component by component.
 template <typename V>
 struct tally {
@@ -50,6 +54,7 @@ using channel_vectors = std::array<dvec3, max_channels>;
 struct sphere_moments {
   dvec4 mean = {0, 0, 0, 0};
   channel_vectors slope = {};
+  dvec3 nu = {0, 0, 0};  // of sums: that of the directions
   double weight = 0;
 
   dvec4 at(const dvec3& nu) const {
@@ -57,19 +62,26 @@ struct sphere_moments {
     for (int c = 0; c < max_channels; ++c) v[c] += glm::dot(slope[static_cast<std::size_t>(c)], nu);
     return v;
   }
-  void add(const dvec4& f, const dvec3& nu) {
+  void add(const dvec4& f, const dvec3& direction) {
     mean += f;
-    for (int c = 0; c < max_channels; ++c) slope[static_cast<std::size_t>(c)] += 3 * f[c] * nu;
+    for (int c = 0; c < max_channels; ++c) {
+      slope[static_cast<std::size_t>(c)] += 3 * f[c] * direction;
+    }
+    nu += direction;
     weight += 1;
   }
 };
 
-// Sums divided by their weight.
+// Sums divided by their weight; the slope of what is left without the mean, so that that of
+// a constant is 0 however uneven the directions are.
 inline sphere_moments averaged(const sphere_moments& sum) {
   sphere_moments mean = sum;
   if (!(sum.weight > 0)) return mean;
   mean.mean /= sum.weight;
-  for (dvec3& s : mean.slope) s /= sum.weight;
+  for (int c = 0; c < max_channels; ++c) {
+    dvec3& s = mean.slope[static_cast<std::size_t>(c)];
+    s = (s - 3 * mean.mean[c] * sum.nu) / sum.weight;
+  }
   return mean;
 }
 
