@@ -46,7 +46,7 @@ void grazing(geometry_rows& table) {
                   });
   table.add_count(
       "not a miss of such a ray with steps enough", 1000, [&](std::size_t, rng_state& rng) {
-        const trace_options patient{.max_steps = 1 << 17};
+        const sphere_trace_options patient{.max_steps = 1 << 17};
         return sphere_trace(ball, passing(rng, 1 + 1e-8, 3), patient).end != trace_end::miss;
       });
 }

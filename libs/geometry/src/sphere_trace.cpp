@@ -31,7 +31,7 @@ bool is_finite(const dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-void check(const trace_options& o) {
+void check(const sphere_trace_options& o) {
   if (!(o.tolerance > 0 && o.tolerance < 1)) {
     throw std::invalid_argument("sphere_trace: tolerance should be between 0 and 1");
   }
@@ -46,7 +46,7 @@ void check(const trace_options& o) {
 struct tracer {
   const sdf_node& solid;
   const sdf_ray& ray;
-  const trace_options& options;
+  const sphere_trace_options& options;
   double speed;
   double size = 0;   // of the solid
   double noise = 0;  // what rounding does to values at the ray's start and the solid
@@ -54,7 +54,7 @@ struct tracer {
   double side = 0;  // of the start; 0 as long as it has none
   int steps = 0;
 
-  tracer(const sdf_node& s, const sdf_ray& r, const trace_options& o)
+  tracer(const sdf_node& s, const sdf_ray& r, const sphere_trace_options& o)
       : solid(s), ray(r), options(o), speed(glm::length(r.direction)), t(o.t_min), end(o.t_max) {
     const auto reach = [](const dvec3& p) {
       return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
@@ -247,12 +247,13 @@ kept_part keep(std::span<const cut_plane> cuts, const tracer& ray) {
 
 }  // namespace
 
-trace_result sphere_trace(const sdf& solid, const sdf_ray& ray, const trace_options& options) {
+trace_result sphere_trace(const sdf& solid, const sdf_ray& ray,
+                          const sphere_trace_options& options) {
   return sphere_trace(solid, {}, ray, options);
 }
 
 trace_result sphere_trace(const sdf& solid, std::span<const cut_plane> cuts, const sdf_ray& ray,
-                          const trace_options& options) {
+                          const sphere_trace_options& options) {
   check(options);
   trace_result result;
   tracer tracing(solid.node(), ray, options);

@@ -89,7 +89,7 @@ void bound_solid(const RTCBoundsFunctionArguments* args) {
 
 trace_result trace_solid(const void* user, const RTCRay& r) {
   const auto& solid = *static_cast<const cut_solid*>(user);
-  trace_options options;
+  sphere_trace_options options;
   options.tolerance = 1e-8;  // rays are floats
   options.t_min = static_cast<double>(r.tnear);
   options.t_max = static_cast<double>(r.tfar);

@@ -22,7 +22,7 @@ class surface_guard {
   surface_guard(const groom_surface& surface, float radius) : surface_(surface), radius_(radius) {}
 
   // The signed closest point to p if it may be nearer than `clearance`.
-  std::optional<surface_point> near(const vec3& p, float clearance) {
+  std::optional<groom_surface_point> near(const vec3& p, float clearance) {
     const float moved = glm::length(p - at_);
     if (known_ && free_ - moved > clearance) return {};
     float radius = std::max(radius_, 1.01f * clearance);

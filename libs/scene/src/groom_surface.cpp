@@ -145,12 +145,12 @@ groom_surface make_groom_surface(const shape_data& mesh) {
   return surface;
 }
 
-std::optional<surface_point> closest_surface_point(const groom_surface& s, const vec3& p,
-                                                   float radius) {
+std::optional<groom_surface_point> closest_surface_point(const groom_surface& s, const vec3& p,
+                                                         float radius) {
   const auto r = closest_point(s.tree, dvec3(p), {.max_distance = radius});
   if (!r) return {};
   const dvec3 offset = dvec3(p) - r.at.point;
-  surface_point result;
+  groom_surface_point result;
   result.position = vec3(r.at.point);
   result.normal = feature_normal(s, r);
   const bool outside = glm::dot(offset, dvec3(result.normal)) >= 0;

@@ -31,15 +31,15 @@ struct groom_surface {
 // Throws std::invalid_argument for a mesh without faces of positive area.
 groom_surface make_groom_surface(const shape_data& mesh);
 
-struct surface_point {
+struct groom_surface_point {
   vec3 position = {0, 0, 0};
   vec3 normal = {0, 0, 0};  // away from the surface on the outside, through the query point
   float distance = 0;       // negative inside
 };
 
 // The closest point of the surface to p, if it is nearer than `radius`.
-std::optional<surface_point> closest_surface_point(const groom_surface& surface, const vec3& p,
-                                                   float radius);
+std::optional<groom_surface_point> closest_surface_point(const groom_surface& surface,
+                                                         const vec3& p, float radius);
 
 struct groom_root {
   vec3 position = {0, 0, 0};

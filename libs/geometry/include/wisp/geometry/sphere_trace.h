@@ -22,7 +22,7 @@ struct sdf_ray {
   dvec3 direction = {0, 0, 1};  // not zero
 };
 
-struct trace_options {
+struct sphere_trace_options {
   double t_min = 0;
   double t_max = std::numeric_limits<double>::infinity();
   // The surface is met where it is nearer than tolerance times the size of the solid
@@ -60,7 +60,7 @@ struct trace_result {
 // missed. Throws std::invalid_argument for options out of
 // range; a ray that is not finite, or without direction, misses.
 WISP_API trace_result sphere_trace(const sdf& solid, const sdf_ray& ray,
-                                   const trace_options& options = {});
+                                   const sphere_trace_options& options = {});
 
 // What lies in front of a plane is cut away: the solid is seen cut open. Planes are met
 // where they are, without steps; a ray that starts on one, within the tolerance, starts
@@ -70,6 +70,6 @@ struct cut_plane {
   dvec3 normal = {0, 0, 1};  // towards what is cut away; any length
 };
 WISP_API trace_result sphere_trace(const sdf& solid, std::span<const cut_plane> cuts,
-                                   const sdf_ray& ray, const trace_options& options = {});
+                                   const sdf_ray& ray, const sphere_trace_options& options = {});
 
 }  // namespace wisp
