@@ -24,10 +24,18 @@ if(BUILD_SHARED_LIBS AND PROJECT_IS_TOP_LEVEL AND NOT DEFINED CMAKE_INSTALL_RPAT
   set(CMAKE_INSTALL_RPATH "$ORIGIN" "$ORIGIN/${wisp_libs_from_bin}")
 endif()
 
+# A project around this one may ask for fast math, which breaks exact predicates, bounds
+# that are rounded outwards and what is done for NaN.
+set(wisp_strict_math "")
+if(NOT PROJECT_IS_TOP_LEVEL OR CMAKE_CXX_FLAGS MATCHES "-Ofast|-f[a-z-]*-math")
+  set(wisp_strict_math -fno-fast-math)
+endif()
+
 # Warnings and sanitizers, for targets of this project only.
 add_library(wisp_build_flags INTERFACE)
 target_compile_options(wisp_build_flags INTERFACE
   -Wall -Wextra -Wconversion
+  ${wisp_strict_math}
   # The results must not depend on whether the machine has fused multiply-add.
   -ffp-contract=off
   $<$<BOOL:${WISP_WERROR}>:-Werror>

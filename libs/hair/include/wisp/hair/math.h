@@ -137,6 +137,24 @@ inline T polynomial(const std::array<S, N>& c, T t) {
   return even + t * odd;
 }
 
+// y, with the compiler not knowing what it follows from. Programs that use these headers
+// may well be compiled with -ffast-math, which takes (x + s) - s for x, and multiplies out
+// a product with it so that x is lost beside s.
+template <typename T>
+inline T opaque(T y) {
+#if defined(__GNUC__) && defined(__SSE2__)
+  asm("" : "+x"(y));
+#elif defined(__GNUC__) && defined(__aarch64__)
+  asm("" : "+w"(y));
+#elif defined(__GNUC__)
+  asm("" : "+m"(y));
+#else
+  volatile T kept = y;
+  y = kept;
+#endif
+  return y;
+}
+
 // x to the nearest integer, for |x| < 2^22 in float: the sum has no room for a
 // fraction. Unlike std::nearbyint it is no call.
 template <typename T>
@@ -145,7 +163,7 @@ inline T nearest(T x) {
     return std::nearbyint(x);
   } else {
     constexpr float shift = 12582912;  // 1.5 * 2^23
-    return (x + shift) - shift;
+    return opaque<T>(opaque<T>(x + shift) - shift);
   }
 }
 
