@@ -7,10 +7,8 @@ file(GLOB headers RELATIVE ${PREFIX}/include ${PREFIX}/include/wisp/${COMPONENT}
 if(NOT headers)
   message(FATAL_ERROR "there are no headers of ${COMPONENT} in ${PREFIX}/include")
 endif()
-set(text "")
-foreach(header ${headers})
-  string(APPEND text "#include \"${header}\"\n")
-endforeach()
+list(TRANSFORM headers REPLACE "(.+)" "#include \"\\1\"\n" OUTPUT_VARIABLE text)
+list(JOIN text "" text)
 file(WRITE ${WORK}/${COMPONENT}.cpp "${text}")
 execute_process(
   COMMAND ${CXX} -std=c++20 -I${PREFIX}/include -M ${WORK}/${COMPONENT}.cpp

@@ -7,10 +7,8 @@ if(count LESS 30)
   message(FATAL_ERROR "there are ${count} headers in ${PREFIX}/include: this looks at nothing")
 endif()
 foreach(order forwards backwards)
-  set(text "")
-  foreach(header ${headers})
-    string(APPEND text "#include \"${header}\"\n")
-  endforeach()
+  list(TRANSFORM headers REPLACE "(.+)" "#include \"\\1\"\n" OUTPUT_VARIABLE text)
+  list(JOIN text "" text)
   file(WRITE ${WORK}/${order}.cpp "${text}")
   execute_process(
     COMMAND ${CXX} -std=c++20 -Wall -Wextra -Werror -I${PREFIX}/include -fsyntax-only

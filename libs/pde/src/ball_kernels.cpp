@@ -97,7 +97,7 @@ ball_kernels::ball_kernels(const kernel_ball& ball, const dvec3& y)
 }
 
 std::size_t kernel_ball::product_rows() const {
-  return type == ball_kernel_type::screened ? static_cast<std::size_t>(terms_for(0.6)) : 0;
+  return type == ball_kernel_type::screened ? static_cast<std::size_t>(terms_for(served)) : 0;
 }
 
 void kernel_ball::products(const point_lanes& z, double* result) const {

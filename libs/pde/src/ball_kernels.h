@@ -14,7 +14,9 @@ namespace wisp {
 
 enum struct ball_kernel_type { harmonic, screened, biharmonic };
 
-// Terms that series of points within 0.6 R may need.
+// Kernels are for points within this part of the radius, and terms that their series may
+// need.
+inline constexpr double served = 0.6;
 inline constexpr int series_terms = 64;
 using series_array = std::array<double, series_terms + 1>;
 
@@ -35,7 +37,7 @@ struct kernel_ball {
   void products(const point_lanes& z, double* result) const;
 };
 
-// A point y of it, |y| <= 0.6 R.
+// A point y of it, |y| <= served R.
 class ball_kernels {
  public:
   ball_kernels(const kernel_ball& ball, const dvec3& y);

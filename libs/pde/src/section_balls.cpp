@@ -10,9 +10,8 @@ namespace wisp {
 
 namespace {
 
-// Points within this part of a ball's radius are served by it, and those within a
-// smaller one need no ball of their own.
-constexpr double served = 0.6, covered = 0.45;
+// Points within this part of a ball's radius need no ball of their own.
+constexpr double covered = 0.45;
 // Screened equations forget over 1 / k: balls are no larger than this many times it.
 constexpr double screened_reach = 3;
 // What a walk costs for each point that takes it, in units of what it costs to make.
